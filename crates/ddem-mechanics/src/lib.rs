@@ -1,7 +1,9 @@
-//! Formulas of the deformable block discrete element method that know no mesh: [elements](element), [laws of joints](law),
-//! [rigid bodies](rigid), [where two blocks touch](collide), and the [numbers](math) that they calculate with.
+//! Formulas of the deformable block discrete element method, independent of any mesh:
+//! [elements](element), [laws of joints](law), [rigid blocks](rigid), [contact geometry](collide)
+//! and the [arithmetic](math) behind them.
 //!
-//! The crate `ddem-core` loops over blocks and joints with them. Most are for four blocks side by side.
+//! The crate `ddem-core` loops over blocks and joints with them. Most formulas act on four blocks
+//! side by side.
 
 pub mod collide;
 pub mod element;

@@ -1,5 +1,5 @@
-//! From blocks to tables: the elements of bodies and joint cells, lumped masses, eq. (3), and the
-//! diagonal of the assembled stiffness, eq. (8) and eq. (11).
+//! Assembly of blocks into tables: elements of blocks and joint cells, lumped masses, eq. (3), and
+//! the diagonal of the assembled stiffness, eq. (8) and eq. (11).
 
 use std::collections::HashMap;
 
@@ -17,10 +17,10 @@ use ddem_mechanics::element::table::ElementTable;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::MassProperties;
 
-/// No table: none of the four lanes has such a cell.
+/// Marker for no table: none of the four lanes has such a cell.
 pub const NO_TABLE: u32 = u32::MAX;
 
-/// One parallelepiped of one material, shared by all that are equal.
+/// Parallelepiped of one material, shared by all equal elements.
 #[derive(Clone, Debug)]
 pub struct Element {
     /// Edge vectors `[m]`.
@@ -29,7 +29,7 @@ pub struct Element {
     pub volume: f64,
     /// Elastic constants and density.
     pub elastic: Elastic,
-    /// Stiffness by modes.
+    /// Modal stiffness.
     pub modal: Modal,
     /// Diagonal of the stiffness by node (x fastest) and component `[N/m]`.
     diagonal: [[f64; 3]; 8],
@@ -38,35 +38,36 @@ pub struct Element {
 /// Four elements side by side.
 #[derive(Clone, Debug)]
 pub struct ElementPack {
-    /// Edge vectors of one element.
+    /// Edge vectors of one element `[m]`.
     pub edges: [[Lanes; 3]; 3],
-    /// Stiffness of the four.
+    /// Stiffness of the four elements.
     pub table: ElementTable,
-    /// Element of each lane.
+    /// Index of the element in each lane.
     pub elements: [Option<u32>; LANES],
 }
 
-/// Everything that equal packs share.
+/// Data shared by equal packs.
 #[derive(Clone, Debug, Default)]
 pub struct Assembly {
-    /// Elements, each once.
+    /// Distinct elements.
     pub elements: Vec<Element>,
-    /// Four elements side by side, each combination once.
+    /// Distinct combinations of four elements side by side.
     pub tables: Vec<ElementPack>,
-    /// Masses of packs, each combination once.
+    /// Distinct masses of packs.
     pub inertia: Vec<Inertia>,
-    /// Tables of each pack: its bodies (0) and its joint lattices (1…7).
+    /// Tables of each pack, for its blocks (0) and its joint lattices (1…7).
     pub pack_tables: Vec<[u32; 8]>,
-    /// Inertia of each pack.
+    /// Index of the inertia of each pack.
     pub pack_inertia: Vec<u32>,
-    /// Matter of the rigid bodies, pack by pack of these; lanes without a body repeat the first.
+    /// Mass properties of the rigid blocks, for each rigid pack; lanes without a block repeat the
+    /// first one.
     pub rigid: Vec<[MassProperties; LANES]>,
     element_index: HashMap<(ElementKind, [u64; 12]), u32>,
     table_index: HashMap<[Option<u32>; LANES], u32>,
 }
 
 impl Assembly {
-    /// Tables; masses are there after [`assemble`](Self::assemble).
+    /// Tables of all packs; [`assemble`](Self::assemble) adds the masses.
     pub fn new(geometry: &Geometry, packs: &Packs, properties: &Properties) -> Self {
         let mut assembly = Self::default();
         for pack in &packs.packs {
@@ -83,7 +84,7 @@ impl Assembly {
         assembly
     }
 
-    /// The element of a body (offset 0) or of its joint lattice at an offset, if it exists.
+    /// Element of a block (offset 0) or of its joint lattice at an offset, if it exists.
     fn cell(
         &mut self,
         geometry: &Geometry,
@@ -129,7 +130,8 @@ impl Assembly {
         }
         let of = |lane: usize| lanes[lane].map(|e| &self.elements[e as usize]);
         let table = ElementTable::new(std::array::from_fn(|l| of(l).map(|e| &e.modal)), is_box);
-        // Lanes without an element take the edges of one that exists: any that are not flat do.
+        // Lanes without an element take the edges of an existing one; any edges with a volume will
+        // do.
         let shape = |lane: usize| of(lane).unwrap_or(&self.elements[*first as usize]);
         let edges = std::array::from_fn(|d| {
             std::array::from_fn(|k| Lanes(std::array::from_fn(|lane| shape(lane).edges[d][k])))
@@ -139,15 +141,16 @@ impl Assembly {
         self.tables.len() as u32 - 1
     }
 
-    /// The joints of rigid bodies are springs: of their layers there is the mass, and no elements.
+    /// Removes the joint elements of rigid blocks. Their joints are springs, and only the mass of
+    /// their layers counts.
     fn take_joints_out(&mut self, packs: &Packs) {
         for (tables, _) in self.pack_tables.iter_mut().zip(&packs.packs).filter(|(_, p)| p.rigid) {
             tables[1..].fill(NO_TABLE);
         }
     }
 
-    /// Sums mass and stiffness over the elements at each node; `bonds` has those of joints between
-    /// faces that do not match, by node.
+    /// Sums mass and stiffness over the elements at each node. `bonds` has those of nonconforming
+    /// joints by node.
     pub fn assemble(
         &mut self,
         geometry: &Geometry,
@@ -155,7 +158,7 @@ impl Assembly {
         sections: &JointSections,
         bonds: &[(usize, [f64; 4])],
     ) {
-        // Mass and the three numbers of the diagonal of each node.
+        // Mass of each node and its three diagonal stiffnesses.
         let mut nodes = vec![[0.0; 4]; geometry.n_nodes];
         for (pack, tables) in packs.packs.iter().zip(&self.pack_tables) {
             let offsets = (0..8).filter(|&offset| tables[offset] != NO_TABLE);
@@ -191,8 +194,8 @@ impl Assembly {
     }
 }
 
-/// Matter of the rigid bodies of a pack. Corners share the mass equally, so that the centroid is the
-/// centre of mass.
+/// Mass properties of the rigid blocks of a pack. The corners get equal masses, so that the
+/// centroid is the centre of mass.
 fn rigid_matter(
     geometry: &Geometry,
     pack: &Pack,
@@ -206,7 +209,7 @@ fn rigid_matter(
         for node in &nodes[first..first + 8] {
             (0..4).for_each(|k| sum[k] += node[k]);
         }
-        // One that is gone never moves, whatever its mass.
+        // A removed block never moves, for any mass.
         let mass = if geometry.is_removed(block) { 1.0 } else { sum[0] };
         MassProperties::new(mass, edges, Vector3::new(sum[1], sum[2], sum[3]))
     };
@@ -221,8 +224,8 @@ fn rigid_matter(
     mass_properties
 }
 
-/// Elastic constants of a joint lattice: of its joint, or where several meet of the most
-/// compliant one. `None` unless every block around is there and every joint is a continuum.
+/// Elastic constants of a joint lattice: those of its joint or, if several joints meet, of the most
+/// compliant one. `None` if a surrounding block is missing or a joint is not a layer.
 fn joint_material<'a>(
     geometry: &Geometry,
     properties: &'a Properties,
@@ -253,7 +256,7 @@ fn joint_material<'a>(
     softest
 }
 
-/// Adds the element of one lane's lattice to all nodes of that lattice.
+/// Adds mass and stiffness of the element in one lane to all nodes of its lattice.
 fn scatter(
     geometry: &Geometry,
     packs: &Packs,
@@ -292,8 +295,7 @@ fn scatter(
     }
 }
 
-/// Adds the springs of the joints of a pack across direction d, where they are springs from the
-/// start.
+/// Adds the stiffness of a pack's joints across direction d that consist of springs from the start.
 fn scatter_springs(
     geometry: &Geometry,
     packs: &Packs,
@@ -324,7 +326,7 @@ impl Element {
     fn new(edges: [Vector3<f64>; 3], elastic: Elastic, kind: ElementKind) -> Self {
         let modal = Modal::new(&edges, &elastic, kind);
         let dense = modal.dense();
-        // VTK order to x fastest.
+        // From VTK order to x fastest.
         const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
         let rows = VTK.map(|a| [0, 1, 2].map(|c| 3 * a + c));
         Self {

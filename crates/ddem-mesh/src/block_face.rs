@@ -3,11 +3,11 @@
 use super::{Geometry, Vec3};
 use ddem_mechanics::collide::FaceId;
 
-/// A node of a face, the sine of the angle between the face's edges, and the node's lengths along the two
-/// edges after the normal, towards their lower and upper ends `[m]`.
+/// Node of a face, sine of the angle between the edges of the face, and lengths of the node along
+/// the two edges after the normal, towards their lower and upper ends `[m]`.
 pub type Strip = (u32, f64, [[f64; 2]; 2]);
 
-/// A face of a block.
+/// Face of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct BlockFace {
     /// Number of the block.
@@ -16,7 +16,7 @@ pub struct BlockFace {
     pub face: FaceId,
 }
 
-/// Place of a face in the reference position.
+/// Position of a face at rest.
 #[derive(Clone, Copy, Debug)]
 pub struct RestFace {
     /// Outward unit normal.
@@ -25,12 +25,12 @@ pub struct RestFace {
     pub corners: [Vec3; 4],
     /// Area `[m²]`.
     pub area: f64,
-    /// Corners of the face of its cell, up to the middle of the gaps around `[m]`.
+    /// Corners of the cell's face, extended to the middle of the surrounding gaps `[m]`.
     pub whole: [Vec3; 4],
 }
 
 impl RestFace {
-    /// Centre of its corners `[m]`.
+    /// Centre of the corners `[m]`.
     #[must_use]
     pub fn centre(&self) -> Vec3 {
         self.corners.iter().sum::<Vec3>() / 4.0
@@ -38,7 +38,7 @@ impl RestFace {
 }
 
 impl BlockFace {
-    /// A face of each of two blocks: all pairs.
+    /// All pairs of a face of each of two blocks.
     pub fn pairs(blocks: [usize; 2]) -> impl Iterator<Item = [Self; 2]> {
         let faces = |block| FaceId::all().map(move |face| Self { block, face });
         faces(blocks[0]).flat_map(move |first| faces(blocks[1]).map(move |second| [first, second]))
@@ -64,7 +64,7 @@ impl BlockFace {
         self.steps(geometry).map(|at| geometry.position(self.block, at))
     }
 
-    /// Place of the face in the reference position.
+    /// Position of the face at rest.
     #[must_use]
     pub fn at_rest(&self, geometry: &Geometry) -> RestFace {
         let lattice = geometry.lattice(self.block);
@@ -99,7 +99,8 @@ impl BlockFace {
         normal * f64::from(self.face.side())
     }
 
-    /// Corners, moved across the gaps beside the face, over which its nodes have areas too.
+    /// Corners, moved across the gaps beside the face `[m]`: the areas of its nodes extend that
+    /// far.
     #[must_use]
     pub fn reach(&self, geometry: &Geometry) -> [Vec3; 4] {
         self.steps(geometry).map(|at| {
@@ -112,7 +113,7 @@ impl BlockFace {
         })
     }
 
-    /// True where no block and no joint is on the other side.
+    /// True if no block and no joint is on the other side.
     #[must_use]
     pub fn is_outer(&self, geometry: &Geometry) -> bool {
         geometry.beyond(self.block, self.face).is_none()

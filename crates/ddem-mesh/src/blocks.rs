@@ -1,4 +1,4 @@
-//! Blocks as everything above sees them: their numbering, edges, faces and neighbours.
+//! Numbering, edges, faces and neighbours of blocks, as all higher modules use them.
 
 use super::topology::Topology;
 use super::{Geometry, Vec3};
@@ -11,7 +11,7 @@ impl Geometry {
         Topology::lattice(self.lattice(block).divisions)
     }
 
-    /// True where a block does not deform (§8).
+    /// True if a block does not deform (§8).
     #[must_use]
     pub fn is_rigid(&self, block: usize) -> bool {
         self.lattice(block).rigid
@@ -65,13 +65,13 @@ impl Geometry {
         edge(0).max(edge(1)).max(edge(2))
     }
 
-    /// Height of one element of a block over the faces across a direction `[m]`.
+    /// Height of one element of a block above the faces across a direction `[m]`.
     #[must_use]
     pub fn height(&self, block: usize, d: usize) -> f64 {
         self.spacing(block, d) * self.normal(block, d).dot(&self.axes(block)[d])
     }
 
-    /// The block beyond a face, with a joint of their lattice between them.
+    /// Block beyond a face, with a joint of their lattice between them.
     #[must_use]
     pub fn beyond(&self, block: usize, face: FaceId) -> Option<usize> {
         let mut offset = [0; 3];
@@ -79,13 +79,13 @@ impl Geometry {
         self.neighbour(block, offset)
     }
 
-    /// The block beyond the upper face across a direction, whose joint the block owns.
+    /// Block beyond the upper face across a direction; the given block owns the joint between them.
     #[must_use]
     pub fn above(&self, block: usize, d: usize) -> Option<usize> {
         self.beyond(block, FaceId { direction: d, upper: true })
     }
 
-    /// Blocks from one to another along the edges, where both are in one lattice.
+    /// Cells from one block to another along each edge; `None` if they are in different lattices.
     #[must_use]
     pub fn steps_between(&self, from: usize, to: usize) -> Option<[i64; 3]> {
         let [a, b] = [from, to].map(|block| &self.blocks[block]);

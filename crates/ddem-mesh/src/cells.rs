@@ -1,20 +1,20 @@
-//! Cells of a lattice and nodes: those in which points lie, and the next ones.
+//! Cells of a lattice and nodes: lookup by position, and neighbours.
 
 use std::ops::Range;
 
 use super::{Geometry, Lattice, Vec3};
 use ddem_mechanics::collide::FaceId;
 
-/// The cell, or node, with another number along an axis.
+/// Cell or node with another number along an axis.
 ///
-/// Rust 1.95 loses a number that is written into the copy of an array at an index that is known at run time only; the
-/// tests search the source for that pattern.
+/// Rust 1.95 loses a number that is written into the copy of an array, if its index is known at run
+/// time only. The tests search the source for that pattern.
 pub fn moved_to(cell: [usize; 3], axis: usize, number: usize) -> [usize; 3] {
     std::array::from_fn(|k| if k == axis { number } else { cell[k] })
 }
 
 impl Lattice {
-    /// The cell that a point lies in.
+    /// Cell that contains a point.
     pub fn cell_at(&self, x: &Vec3) -> Option<[usize; 3]> {
         let mut cell = [0; 3];
         for (d, at) in cell.iter_mut().enumerate() {
@@ -23,14 +23,14 @@ impl Lattice {
         Some(cell)
     }
 
-    /// Cuts of an edge up to a point.
+    /// Number of cuts of an edge up to a point.
     fn cuts_below(&self, d: usize, x: &Vec3) -> usize {
         let normal = self.normal(d);
         let along = (x - self.origin).dot(&normal) / normal.dot(&self.axes[d]);
         self.cuts[d].partition_point(|cut| *cut <= along)
     }
 
-    /// Cells along each edge that may lie among some points, those beside them included.
+    /// Cells along each edge that may lie among some points, including adjacent cells.
     pub fn cells_among(&self, points: &[Vec3]) -> [Range<usize>; 3] {
         [0, 1, 2].map(|d| {
             let below = || points.iter().map(|x| self.cuts_below(d, x));
@@ -41,7 +41,7 @@ impl Lattice {
 }
 
 impl Geometry {
-    /// The facing node across the gap along d, when this node is on that side of its body.
+    /// Facing node across the gap along d, if the node lies at an end of its block along d.
     pub fn partner(&self, block: usize, at: [usize; 3], d: usize) -> Option<(usize, [usize; 3])> {
         let n = self.topology(block).divisions();
         let side = match at[d] {
@@ -52,7 +52,7 @@ impl Geometry {
         self.step(block, at, d, side)
     }
 
-    /// The next node along d, in the same body or across a gap.
+    /// Next node along d, in the same block or across a gap.
     pub fn step(
         &self,
         block: usize,
@@ -78,7 +78,7 @@ mod tests {
 
     use super::moved_to;
 
-    /// Neighbours of two cells, found where the compiler gets copies of arrays wrong.
+    /// Neighbours of two cells, found by code in which the compiler may copy arrays wrongly.
     #[inline(never)]
     fn neighbours(n: usize) -> Vec<[usize; 3]> {
         let upper = |c: [usize; 3], d: usize| (c[d] + 1 < n).then(|| moved_to(c, d, c[d] + 1));

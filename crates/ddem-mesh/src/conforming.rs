@@ -1,18 +1,18 @@
-//! Joints between two blocks.
+//! Conforming joints between two blocks.
 
 use super::Geometry;
 use ddem_mechanics::collide::FaceId;
 
-/// One joint between two blocks.
+/// Joint between two blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ConformingJoint {
-    /// The block on side a.
+    /// Block on side a.
     pub a: u32,
-    /// The block on side b; the normal points to it.
+    /// Block on side b; the normal points to it.
     pub b: u32,
     /// Number of the joint's properties, in sorted order of the names.
     pub joint: u16,
-    /// Direction of the lattice that the joint cuts: 0, 1, 2.
+    /// Direction of the lattice that the joint cuts: 0, 1 or 2.
     pub direction: u8,
     /// Elements along its two edges; it has `(divisions + 1)²` pairs.
     pub divisions: u16,
@@ -21,12 +21,12 @@ pub struct ConformingJoint {
 }
 
 impl ConformingJoint {
-    /// The joint that is there.
+    /// Number of the joint's properties in a geometry.
     pub fn at(&self, geometry: &Geometry) -> u16 {
         geometry.joint_above(self.a as usize, self.direction.into())
     }
 
-    /// One more than the number of its last pair.
+    /// Number after that of its last pair.
     pub fn end(&self) -> usize {
         self.first_pair as usize + (self.divisions as usize + 1).pow(2)
     }
@@ -56,8 +56,8 @@ pub fn faces(geometry: &Geometry) -> Vec<ConformingJoint> {
 }
 
 impl ConformingJoint {
-    /// Lattice steps, in block a's lattice, of the pairs in order: the first edge after the
-    /// normal's direction, cyclically, runs fastest.
+    /// Lattice steps in block a of the pairs in order. The first edge after the normal's direction,
+    /// cyclically, runs fastest.
     fn steps(&self) -> impl Iterator<Item = [usize; 3]> + use<> {
         let (n, d) = (self.divisions as usize, self.direction as usize);
         (0..=n).flat_map(move |k| {

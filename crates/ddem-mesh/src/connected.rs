@@ -1,21 +1,21 @@
-//! Groups of blocks that joints, and contacts, connect.
+//! Groups of blocks connected by joints and contacts.
 
 use std::collections::HashSet;
 
 use super::Geometry;
 use ddem_mechanics::math::disjoint_sets::DisjointSets;
 
-/// True where joints connect all blocks.
+/// True if joints connect all blocks.
 pub fn is_connected(geometry: &Geometry) -> bool {
     connected(geometry, false).iter().all(|&group| group == 0)
 }
 
-/// Group of each block, in the order of their first blocks: blocks with a joint between them are in one, and with
-/// `contacts` those of sets that touch.
+/// Group of each block, in the order of their first blocks. Blocks with a joint between them are in
+/// one group; with `contacts` so are blocks of sets that touch.
 pub fn connected(geometry: &Geometry, contacts: bool) -> Vec<usize> {
     let n = geometry.blocks.len();
     let there = || (0..n).filter(|&block| !geometry.is_removed(block));
-    // After the blocks come the lattices.
+    // The lattices have numbers after the blocks.
     let mut groups = DisjointSets::new(n + geometry.lattices.len());
     for block in there() {
         let neighbours = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|at| geometry.neighbour(block, at));
@@ -38,7 +38,8 @@ pub fn connected(geometry: &Geometry, contacts: bool) -> Vec<usize> {
     number(&mut groups, n, there())
 }
 
-/// Number of the group of each block. Blocks that are gone are in the first one, so that they ask for no support.
+/// Group number of each block. Removed blocks count to the first group, so that they need no
+/// support.
 fn number(groups: &mut DisjointSets, n: usize, there: impl Iterator<Item = usize>) -> Vec<usize> {
     let (mut numbers, mut count) = (vec![0; n], 0);
     for block in there {

@@ -4,24 +4,24 @@ use super::grid::meeting;
 use super::{BlockFace, Geometry, RestFace, bounds_of};
 use ddem_mechanics::collide::overlap;
 
-/// Part of a block's edge by which faces that lie on each other may miss.
+/// Distance within which faces count as lying on each other, as a fraction of a block edge.
 pub const MISSES: f64 = 1e-4;
-/// Square of the sine of the angle between faces that lie on each other, at most.
+/// Largest square of the sine of the angle between faces that lie on each other.
 const PARALLEL: f64 = 1e-8;
-/// Part of the smaller face that is over the other at least.
+/// Least fraction of the smaller face that must lie over the other.
 pub const SLIVER: f64 = 1e-6;
 
-/// Overlap of two faces that look at each other.
+/// Overlap of two faces that face each other.
 #[derive(Clone, Copy, Debug)]
 pub struct FaceOverlap {
-    /// Distance of the faces, negative where they are in each other `[m]`.
+    /// Distance of the faces, negative if they penetrate each other `[m]`.
     pub gap: f64,
-    /// Area of their cells' faces that lie on each other, gaps around included `[m²]`.
+    /// Area in which the faces of their cells lie on each other, surrounding gaps included `[m²]`.
     pub area: f64,
 }
 
 impl Geometry {
-    /// Two faces of blocks, if they look at each other.
+    /// Positions of two faces at rest; `None` if they do not face each other.
     #[must_use]
     pub fn opposed(&self, faces: [BlockFace; 2]) -> Option<[RestFace; 2]> {
         let normals = faces.map(|face| face.outward(self));
@@ -30,14 +30,15 @@ impl Geometry {
         opposed.then(|| faces.map(|face| face.at_rest(self)))
     }
 
-    /// Distance by which faces of two blocks that lie on each other may miss `[m]`.
+    /// Tolerance of the distance of faces of two blocks that lie on each other `[m]`.
     #[must_use]
     pub fn misses(&self, blocks: [usize; 2]) -> f64 {
         let edges = blocks.map(|block| self.shortest_edge(block));
         MISSES * edges.into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    /// Overlap of two faces whose distance is in a range.
+    /// Overlap of two faces; `None` if their distance is outside a range or their overlap is below
+    /// [`SLIVER`].
     #[must_use]
     pub fn face_overlap(
         &self,
@@ -51,7 +52,7 @@ impl Geometry {
         if gap < least - misses || gap > most + misses {
             return None;
         }
-        // Seen along the normal.
+        // View along the normal.
         let along = (own.corners[1] - own.corners[0]).normalize();
         let across = own.normal.cross(&along);
         let flat = |corners: &[super::Vec3; 4]| corners.map(|x| [along.dot(&x), across.dot(&x)]);

@@ -1,4 +1,4 @@
-//! Intersecting pairs of many boxes: a uniform grid, and a sweep for boxes too large for it.
+//! Intersecting pairs of many boxes, by a uniform grid and, for boxes too large for it, by a sweep.
 
 #[cfg(test)]
 mod tests;
@@ -7,25 +7,25 @@ use nalgebra::Vector3;
 use rayon::iter::Either;
 use rayon::prelude::*;
 
-/// An axis-aligned box: its low and its high corner `[m]`.
+/// Low and high corner of an axis-aligned box `[m]`.
 pub type Bounds = [Vector3<f64>; 2];
 
-/// Boxes that one task looks at.
+/// Boxes per parallel task.
 const TOGETHER: usize = 1024;
-/// Boxes over more cells than this are swept against all.
+/// Largest number of cells of a box in the grid; larger boxes are swept against all others.
 const LARGE: u64 = 64;
-/// Cells are longer along an axis than the median box by this factor: a box is in fewer of them,
+/// Length of a cell along an axis over that of the median box, so that boxes are in fewer cells.
 const ROOM: f64 = 1.5;
-/// and no shorter than about this part of their longest side: boxes can be flat.
+/// Least length of a cell as a fraction of the longest median, because boxes can be flat.
 const FLATTEST: f64 = 1.0 / 16.0;
-/// Bits of a coordinate of a cell in its key. Cells that are a multiple of 2²¹ apart share one.
+/// Bits of a cell coordinate in its key. Cells that are a multiple of 2²¹ apart share a key.
 const BITS: u32 = 21;
 
-/// A box in the grid: its lowest and its highest cell.
+/// Lowest and highest cell of a box in the grid.
 type CellRange = [[i64; 3]; 2];
 
-/// Pairs i < j of boxes that meet, touching ones included, sorted, each once. A box that is not
-/// finite, or whose low corner is not below its high one, meets nothing.
+/// Sorted pairs i < j of boxes that intersect or touch, each once. A box that is not finite, or
+/// whose low corner exceeds its high corner along an axis, has no pairs.
 pub fn meeting(boxes: &[Bounds]) -> Vec<[u32; 2]> {
     let sound = |[low, high]: &Bounds| {
         (0..3).all(|d| low[d].is_finite() && high[d].is_finite() && low[d] <= high[d])
@@ -51,7 +51,7 @@ fn meet(a: &Bounds, b: &Bounds) -> bool {
     (0..3).all(|d| (a[0][d] <= b[1][d]) & (b[0][d] <= a[1][d]))
 }
 
-/// Edges of the cells, from the medians of those of the boxes.
+/// Edge lengths of the cells, from the medians of the box edges.
 fn edges(boxes: &[Bounds], sound: &[u32]) -> [f64; 3] {
     let median = |d: usize| {
         let length = |&i: &u32| boxes[i as usize][1][d] - boxes[i as usize][0][d];
@@ -69,7 +69,7 @@ fn edges(boxes: &[Bounds], sound: &[u32]) -> [f64; 3] {
     medians.map(|median| (ROOM * median).max(FLATTEST * longest).max(f64::MIN_POSITIVE))
 }
 
-/// For boxes most of which are points: about the distance from one to the next.
+/// Approximate distance between neighbouring boxes, if most boxes are points.
 fn spacing(boxes: &[Bounds], sound: &[u32]) -> f64 {
     let span = |d: usize| {
         let low = sound.iter().map(|&i| boxes[i as usize][0][d]).fold(f64::INFINITY, f64::min);
@@ -79,8 +79,8 @@ fn spacing(boxes: &[Bounds], sound: &[u32]) -> f64 {
     [0, 1, 2].map(span).into_iter().fold(0.0, f64::max) / libm::cbrt(sound.len() as f64)
 }
 
-/// The cell that a point is in. Not decreasing with any coordinate, whatever is rounded or beyond
-/// the largest integer: that alone makes the pairs right.
+/// Cell that contains a point. It never decreases with a coordinate, even if values are rounded or
+/// beyond the largest integer. The pairs are correct because of that alone.
 #[inline(always)]
 fn cell(at: &Vector3<f64>, edges: &[f64; 3]) -> [i64; 3] {
     [0, 1, 2].map(|d| (at[d] / edges[d]).floor() as i64)
@@ -96,8 +96,8 @@ fn key(cell: [i64; 3]) -> u64 {
     (bits(cell[0]) << (2 * BITS)) | (bits(cell[1]) << BITS) | bits(cell[2])
 }
 
-/// Pairs of boxes of which neither is large: they share the cell of the low corner of what they
-/// have in common, and are found there.
+/// Pairs of boxes that are not large. They are found in one cell that both share: that of the low
+/// corner of their intersection.
 fn in_cells(boxes: &[Bounds], small: &[(u32, CellRange)]) -> Vec<[u32; 2]> {
     let cells = |(at, (_, [low, high])): (usize, &(u32, CellRange))| {
         let [x, y, z] = [0, 1, 2].map(|d| low[d]..=high[d]);
@@ -122,8 +122,8 @@ fn in_cells(boxes: &[Bounds], small: &[(u32, CellRange)]) -> Vec<[u32; 2]> {
     pairs.collect()
 }
 
-/// Pairs of large boxes with each other and with small ones, sorted along the axis on which the
-/// large ones take up least of the whole.
+/// Adds the pairs of large boxes with each other and with small ones. Boxes are sorted along the
+/// axis on which the large ones cover the smallest part.
 fn sweep(boxes: &[Bounds], mut small: Vec<u32>, mut large: Vec<u32>, pairs: &mut Vec<[u32; 2]>) {
     let d = sweep_axis(boxes, &small, &large);
     let low = |i: u32| boxes[i as usize][0][d];
@@ -140,14 +140,14 @@ fn sweep(boxes: &[Bounds], mut small: Vec<u32>, mut large: Vec<u32>, pairs: &mut
     for (k, &i) in large.iter().enumerate() {
         let after = large[k + 1..].iter().take_while(|&&j| low(j) <= high(i));
         after.for_each(|&j| add(i, j));
-        // A small one that reaches up to it begins no farther below than the longest is long;
-        // twice that is beyond rounding.
+        // A small box that reaches the large one begins below it by at most the length of the
+        // longest small box. Twice that allows for rounding.
         let from = small.partition_point(|&j| low(j) < low(i) - 2.0 * longest);
         small[from..].iter().take_while(|&&j| low(j) <= high(i)).for_each(|&j| add(i, j));
     }
 }
 
-/// The axis along which the large boxes together are shortest in comparison with the span of all.
+/// Axis along which the total length of the large boxes is shortest relative to the span of all.
 fn sweep_axis(boxes: &[Bounds], small: &[u32], large: &[u32]) -> usize {
     let covered = [0, 1, 2].map(|d| {
         let all = || small.iter().chain(large).map(|&i| &boxes[i as usize]);

@@ -1,35 +1,35 @@
-//! Blocks given as hexahedra between nodes, as other programs write them.
+//! Blocks given as hexahedra between nodes, the form that other programs write.
 
 use std::collections::BTreeMap;
 
 use super::{Lattice, NO_JOINT, Vec3};
 use ddem_mechanics::collide::FaceId;
 
-/// Part of an element's edge by which a node may miss its place.
+/// Tolerance of a node's position as a fraction of an element edge.
 const MISSES: f64 = 1e-6;
 
-/// Blocks as hexahedra: nodes, and for each hexahedron its nodes and its block.
+/// Blocks as hexahedra: nodes, and the nodes and block of each hexahedron.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HexMesh {
     /// Positions of the nodes, shape `(n_nodes, 3)` `[m]`.
     pub nodes: Vec<[f64; 3]>,
     /// Nodes of the hexahedra in VTK's order, shape `(n_hexes, 8)`.
     pub hexes: Vec<[u32; 8]>,
-    /// Block of each hexahedron, numbers from 0 without gaps, shape `(n_hexes)`.
+    /// Block of each hexahedron, numbered from 0 without gaps, shape `(n_hexes)`.
     pub blocks: Vec<u32>,
 }
 
-/// Fault of a mesh.
+/// Error in a mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MeshError {
-    /// There is no hexahedron.
+    /// The mesh has no hexahedron.
     #[error("the mesh has no hexahedron")]
     Empty,
-    /// There are not as many numbers of blocks as hexahedra.
+    /// The number of block numbers differs from the number of hexahedra.
     #[error("there are {blocks} numbers of blocks for {hexes} hexahedra")]
     Blocks {
-        /// Numbers of blocks.
+        /// Number of block numbers.
         blocks: usize,
         /// Number of hexahedra.
         hexes: usize,
@@ -44,13 +44,13 @@ pub enum MeshError {
         /// Number of nodes.
         nodes: usize,
     },
-    /// A number between those of blocks has no hexahedron.
+    /// A block number below the largest one has no hexahedron.
     #[error("block {block} has no hexahedron: blocks are numbered from 0 without gaps")]
     NoBlock {
         /// Number of the block.
         block: usize,
     },
-    /// A node is not finite.
+    /// The position of a node is not finite.
     #[error("node {node} is at {at:?}, which is no place")]
     NotFinite {
         /// Number of the node.
@@ -58,12 +58,12 @@ pub enum MeshError {
         /// Its position `[m]`.
         at: [f64; 3],
     },
-    /// A node is in two blocks, which can then never part.
+    /// Two blocks share a node, so that they can never separate.
     #[error("blocks {first} and {second} share node {node}: each block needs nodes of its own")]
     Shared {
         /// Number of the node.
         node: u32,
-        /// Number of the one block.
+        /// Number of one block.
         first: u32,
         /// Number of the other block.
         second: u32,
@@ -83,21 +83,21 @@ pub enum MeshError {
     },
 }
 
-/// A block of a mesh: a parallelepiped divided evenly.
+/// Block of a mesh: an evenly divided parallelepiped.
 #[derive(Clone, Debug)]
 pub struct MeshBlock {
     /// Lower corner `[m]`.
     pub origin: Vec3,
-    /// Edges of the whole block, right-handed, each nearest to the axis of its number `[m]`.
+    /// Edges of the whole block, right-handed, each nearest to the axis with its number `[m]`.
     pub edges: [Vec3; 3],
     /// Elements along each edge.
     pub divisions: usize,
-    /// Nodes of the mesh, those along the first edge side by side.
+    /// Nodes of the mesh in the order of the grid, the first edge fastest.
     pub nodes: Vec<u32>,
 }
 
 impl HexMesh {
-    /// The blocks of the mesh.
+    /// Blocks of the mesh.
     ///
     /// # Errors
     ///
@@ -105,7 +105,7 @@ impl HexMesh {
     pub fn parallelepipeds(&self) -> Result<Vec<MeshBlock>, MeshError> {
         self.check()?;
         let count = self.blocks.iter().max().map_or(0, |last| *last as usize + 1);
-        // More blocks than hexahedra: nothing is allocated for them.
+        // With more blocks than hexahedra nothing is allocated for them.
         let count = count.min(self.hexes.len() + 1);
         let mut hexes = vec![Vec::new(); count];
         self.blocks.iter().zip(&self.hexes).for_each(|(&block, hex)| {
@@ -153,7 +153,7 @@ impl HexMesh {
         Vec3::from(self.nodes[node as usize])
     }
 
-    /// The grid of the hexahedra of a block, or the first deviation from one.
+    /// Grid of the hexahedra of a block, or the first deviation from one.
     fn fit(&self, hexes: &[[u32; 8]]) -> Result<MeshBlock, String> {
         let divisions = (1..).find(|n: &usize| n.pow(3) >= hexes.len()).unwrap_or(1);
         if divisions.pow(3) != hexes.len() {
@@ -198,7 +198,8 @@ impl HexMesh {
         Ok(MeshBlock { origin: matrix * least, edges, divisions, nodes: grid })
     }
 
-    /// Edges of an element, each nearest to the axis of its number and along it, right-handed.
+    /// Edge vectors of an element, right-handed, each nearest to the axis with its number and along
+    /// it.
     fn steps(&self, hexes: &[[u32; 8]]) -> [Vec3; 3] {
         let corner = |k: usize| self.at(hexes[0][k]);
         let mut steps = [1, 3, 4].map(|k| corner(k) - corner(0));
@@ -219,7 +220,7 @@ impl HexMesh {
     }
 }
 
-/// An error where hexahedra are not the cells of a grid of nodes, each once.
+/// Returns an error if the hexahedra are not the cells of a grid of nodes, each once.
 fn cells(hexes: &[[u32; 8]], grid: &[u32], n: usize) -> Result<(), String> {
     let place: BTreeMap<u32, usize> =
         grid.iter().enumerate().map(|(at, &node)| (node, at)).collect();
@@ -239,7 +240,7 @@ fn cells(hexes: &[[u32; 8]], grid: &[u32], n: usize) -> Result<(), String> {
 }
 
 impl MeshBlock {
-    /// The block as a lattice of one cell.
+    /// Lattice of one cell with the block.
     #[must_use]
     pub fn lattice(&self, set: usize, material: u16, rigid: bool) -> Lattice {
         let lengths = self.edges.map(|edge| edge.norm());
@@ -266,12 +267,12 @@ impl MeshBlock {
 #[derive(Debug)]
 pub struct MeshFaces<'a> {
     blocks: &'a [MeshBlock],
-    /// Block of a node, and its number there.
+    /// Block of a node and the node's number in it.
     of_node: BTreeMap<u32, (usize, usize)>,
 }
 
 impl<'a> MeshFaces<'a> {
-    /// Faces of these blocks.
+    /// Faces of the given blocks.
     #[must_use]
     pub fn new(blocks: &'a [MeshBlock]) -> Self {
         let nodes = blocks.iter().enumerate().flat_map(|(block, found)| {
@@ -281,7 +282,7 @@ impl<'a> MeshFaces<'a> {
         Self { blocks, of_node: nodes.collect() }
     }
 
-    /// Block and face that four nodes are on.
+    /// Block and face that contain four nodes.
     #[must_use]
     pub fn of(&self, quad: [u32; 4]) -> Option<(usize, FaceId)> {
         let (block, _) = *self.of_node.get(&quad[0])?;

@@ -9,22 +9,22 @@ use ddem_mechanics::math::lanes::Lanes;
 pub struct Inertia {
     /// Mass of each node `[kg]`.
     pub mass: Vec<Lanes>,
-    /// Diagonal of the assembled stiffness, three a node `[N/m]`.
+    /// Diagonal of the assembled stiffness, three numbers per node `[N/m]`.
     pub diagonal: Vec<Lanes>,
-    /// Moments of the mass of each body.
+    /// Moments of the mass of each block.
     pub moments: Moments,
 }
 
-/// Moments of the mass of four bodies, with the numbers of elements from the centre as coordinates.
+/// Moments of the mass of four blocks. Coordinates count elements from the centre of a block.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moments {
-    /// Inverse of the mass; 1 where there is none `[1/kg]`.
+    /// Inverse of the mass `[1/kg]`; 1 without mass.
     pub per_mass: Lanes,
     /// Centre of mass.
     pub centre: [Lanes; 3],
-    /// Second moments about it, xx yy zz xy yz zx `[kg]`.
+    /// Second moments about the centre of mass, xx yy zz xy yz zx `[kg]`.
     pub second: [Lanes; 6],
-    /// 1 where there is no mass, else 0: no body in the lane, or one that is excavated.
+    /// 1 without mass, else 0. A lane has no mass if it has no block or its block is removed.
     pub empty: Lanes,
 }
 
@@ -36,7 +36,7 @@ impl Inertia {
         nodes: &[[f64; 4]],
     ) -> Self {
         let n = (divisions + 1).pow(3);
-        // Lanes without a body have no mass, and so never move.
+        // Lanes without a block have no mass and therefore never move.
         let first = |lane: usize| {
             let block = (lane < pack.filled).then_some(pack.blocks[lane] as usize)?;
             Some(geometry.blocks[block].first_node as usize)
@@ -56,7 +56,7 @@ impl Inertia {
         size_of::<Moments>() + (self.mass.len() + self.diagonal.len()) * size_of::<Lanes>()
     }
 
-    /// Its numbers, to tell it from others.
+    /// Numbers that distinguish it from others.
     pub(super) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
         let all = self.mass.iter().chain(&self.diagonal);
         all.flat_map(|lanes| lanes.0)

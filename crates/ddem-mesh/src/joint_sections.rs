@@ -1,4 +1,4 @@
-//! Sections of the joints between two blocks, four side by side: areas, stiffnesses, the gap.
+//! Sections of the joints between two blocks, four side by side: areas, stiffnesses and gap.
 
 use std::collections::HashMap;
 
@@ -11,37 +11,38 @@ use ddem_mechanics::element::Elastic;
 use ddem_mechanics::law::SpringStiffness;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 
-/// No seam: none of the four lanes has a joint.
+/// Marker for no section: none of the four lanes has a joint.
 const NO_SECTION: u32 = u32::MAX;
 
-/// Four face joints side by side, of one direction of a pack.
+/// Four face joints side by side, in one direction of a pack.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointSection {
     /// Number of each lane's joint, or [`NO_JOINT`].
     pub joints: [u16; LANES],
-    /// Number of each lane's law: that of its joint, or of one that is on its way there.
+    /// Number of each lane's law: that of its joint, or one that is interpolated towards it.
     pub laws: [u16; LANES],
     /// True if the joint of a lane consists of springs from the start.
     pub springs: [bool; LANES],
-    /// The joint's own axes as columns: the unit normal, from a to b, and two in its plane.
+    /// Axes of the joint as columns: the unit normal from a to b, and two tangents in its plane.
     pub axes: Matrix3<f64>,
-    /// Between rigid blocks, whose pairs are at the quarters of an edge.
+    /// True between rigid blocks, whose pairs lie at the quarters of an edge.
     rigid: bool,
     /// Direction across the joint.
     direction: usize,
-    /// Edges of one joint element; the one across the joint goes from side a to side b `[m]`.
+    /// Edge vectors of one joint element `[m]`; the one across the joint points from side a to side
+    /// b.
     pub edges: [[Lanes; 3]; 3],
-    /// A quarter of the area of one joint element `[m²]`.
+    /// Quarter of the area of one joint element `[m²]`.
     pub quarter: Lanes,
-    /// One over it; 0 where there is no joint.
+    /// Inverse of the quarter area `[1/m²]`; 0 without a joint.
     pub per_quarter: Lanes,
-    /// k_n and k_s `[Pa/m]`.
+    /// Normal and shear stiffness, k_n and k_s `[Pa/m]`.
     stiffness: [Lanes; 2],
-    /// Of the dashpots of failed pairs `[Pa s/m]`.
+    /// Coefficient of the dashpots of failed pairs `[Pa s/m]`.
     pub dashpot: Lanes,
 }
 
-/// The seams of all packs, equal ones once.
+/// Sections of all packs; equal sections are stored once.
 #[derive(Clone, Debug, Default)]
 pub struct JointSections {
     kinds: Vec<JointSection>,
@@ -49,7 +50,8 @@ pub struct JointSections {
 }
 
 impl JointSections {
-    /// `law` is the number of the law of a joint, above a block along a direction.
+    /// Sections of all packs. `law` returns the number of a joint's law from block, direction and
+    /// joint.
     pub fn new(
         properties: &Properties,
         geometry: &Geometry,
@@ -75,7 +77,7 @@ impl JointSections {
         sections
     }
 
-    /// The seam of a pack across a direction, if there is one.
+    /// Section of a pack across a direction, if there is one.
     #[inline(always)]
     pub fn get(&self, pack: usize, direction: usize) -> Option<&JointSection> {
         self.kinds.get(self.of_pack[pack][direction] as usize)
@@ -109,7 +111,7 @@ impl JointSection {
             let Some(other) = geometry.above(block, d) else { continue };
             let joint = geometry.joint_above(block, d);
             let found = &properties.joints[usize::from(joint)];
-            // Between rigid blocks every joint is springs (§8).
+            // Between rigid blocks every joint consists of springs (§8).
             (section.joints[lane], section.springs[lane]) =
                 (joint, found.layer().is_none() || lattice.rigid);
             section.laws[lane] = law(block, d, joint);
@@ -153,12 +155,12 @@ impl JointSection {
         self.direction
     }
 
-    /// From side a to side b at rest `[m]`.
+    /// Vector from side a to side b at rest `[m]`.
     pub fn gap(&self) -> &[Lanes; 3] {
         &self.edges[self.direction]
     }
 
-    /// Shortest distance of its pairs `[m]`.
+    /// Shortest distance between pairs of a lane `[m]`.
     pub fn spacing(&self, lane: usize) -> f64 {
         let edge = |e: usize| self.edges[(self.direction + e) % 3].map(|c| c.0[lane]);
         let length = |edge: [f64; 3]| nalgebra::Vector3::from(edge).norm();
@@ -166,7 +168,7 @@ impl JointSection {
         part * length(edge(1)).min(length(edge(2)))
     }
 
-    /// Stiffness of the springs of a quarter of an element along the axes `[N/m]`.
+    /// Diagonal of the spring stiffness of a quarter of an element in space axes `[N/m]`.
     pub fn diagonal(&self, lane: usize) -> [f64; 3] {
         let SpringStiffness { normal, shear } = self.stiffness(lane);
         [0, 1, 2].map(|c| {
@@ -175,7 +177,7 @@ impl JointSection {
         })
     }
 
-    /// Stiffness of the springs of a quarter of an element `[N/m]`.
+    /// Spring stiffness of a quarter of an element in space axes `[N/m]`.
     pub fn matrix(&self, lane: usize) -> Matrix3<f64> {
         let SpringStiffness { normal, shear } = self.stiffness(lane);
         let n = self.axes.column(0);
@@ -183,7 +185,7 @@ impl JointSection {
         (Matrix3::identity() * shear + across * (normal - shear)) * self.quarter.0[lane]
     }
 
-    /// Stiffness of the springs of a lane `[Pa/m]`.
+    /// Spring stiffness of a lane `[Pa/m]`.
     #[inline(always)]
     pub fn stiffness(&self, lane: usize) -> SpringStiffness {
         let [normal, shear] = self.stiffness;
@@ -191,17 +193,17 @@ impl JointSection {
     }
 }
 
-/// Mass that vibrates on a joint or contact at a face of a block, for each unit of area.
+/// Mass that vibrates on a joint or contact at a face of a block, per unit area.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VibratingMass {
-    /// Of the layer of nodes at the face, and of the whole block `[kg/m²]`.
+    /// Masses of the layer of nodes at the face and of the whole block `[kg/m²]`.
     range: [f64; 2],
     /// Impedance `ρ c_P` `[kg/(m² s)]`.
     impedance: f64,
 }
 
 impl VibratingMass {
-    /// At the faces of a body across a direction.
+    /// Vibrating mass at the faces of a block across a direction.
     pub fn new(geometry: &Geometry, block: usize, d: usize, elastic: &Elastic) -> Self {
         let height = geometry.height(block, d);
         let whole = elastic.density * height * geometry.topology(block).divisions() as f64;
@@ -209,27 +211,27 @@ impl VibratingMass {
         Self { range: [layer, whole], impedance: (elastic.density * elastic.p_modulus()).sqrt() }
     }
 
-    /// Mass on springs of a stiffness: as much as a wave reaches in the time of their vibration, `(ρ c_P)²/k`
-    /// `[kg/m²]`.
+    /// Mass on springs of a stiffness `[kg/m²]`. It is the mass that a wave reaches during their
+    /// vibration, `(ρ c_P)²/k`, at least the layer of nodes and at most the block.
     pub fn mass(&self, stiffness: f64) -> f64 {
         let [layer, whole] = self.range;
         (self.impedance * self.impedance / stiffness).max(layer).min(whole)
     }
 
-    /// Of an edge between two faces.
+    /// Mean of the masses of two faces, for the edge between them.
     pub fn mean(a: Self, b: Self) -> Self {
         let mean = |a: f64, b: f64| 0.5 * (a + b);
         let range = [0, 1].map(|k| mean(a.range[k], b.range[k]));
         Self { range, impedance: mean(a.impedance, b.impedance) }
     }
 
-    /// Its numbers, to tell it from others.
+    /// Numbers that distinguish it from others.
     pub fn numbers(&self) -> [f64; 3] {
         let [layer, whole] = self.range;
         [layer, whole, self.impedance]
     }
 
-    /// Of the layer of nodes alone `[kg/m²]`.
+    /// Mass of the layer of nodes alone `[kg/m²]`.
     pub fn layer(&self) -> f64 {
         self.range[0]
     }
@@ -241,11 +243,11 @@ fn own_axes(normal: Vector3<f64>, along: Vector3<f64>) -> Matrix3<f64> {
     Matrix3::from_columns(&[normal, along, normal.cross(&along)])
 }
 
-/// Pairs of a lattice of face joints, and their axes, areas and stiffnesses.
+/// Pairs of a lattice of face joints, with their axes, areas and stiffnesses.
 #[derive(Clone, Copy)]
 pub struct FaceLattice<'a> {
-    /// Its pairs.
+    /// Pairs of the lattice.
     pub node_pairs: &'a [NodePair],
-    /// Its areas and stiffnesses.
+    /// Axes, areas and stiffnesses.
     pub section: &'a JointSection,
 }

@@ -1,46 +1,46 @@
-//! The lattice of one block set.
+//! Lattice of one block set.
 
 use std::sync::Arc;
 
 use super::{Pages, Vec3};
 
-/// No body: there is nothing.
+/// Marker for a cell without a block.
 pub const NONE: u32 = u32::MAX;
-/// No body: a coarser or finer lattice has what is there.
+/// Marker for a cell without a block, whose space a coarser or finer lattice fills.
 pub const ELSEWHERE: u32 = u32::MAX - 1;
-/// No joint.
+/// Marker for no joint.
 pub const NO_JOINT: u16 = u16::MAX;
 
-/// Cells between joint planes; nodes on lines along three edges.
+/// Lattice of cells between joint planes, with nodes on lines along three edges.
 #[derive(Clone, Debug)]
 pub struct Lattice {
-    /// The block set that it is of.
+    /// Number of the block set.
     pub set: usize,
-    /// The entry of `refine` that made it of coarser blocks.
+    /// Entry of `refine` that made the lattice from coarser blocks.
     pub refined: Option<usize>,
     /// Position of the lower corner `[m]`.
     pub origin: Vec3,
     /// Unit vectors along the three edges.
     pub axes: [Vec3; 3],
-    /// Elements along each edge of a block; 1 where blocks are rigid.
+    /// Elements along each edge of a block; 1 for rigid blocks.
     pub divisions: usize,
-    /// Blocks do not deform (§8).
+    /// True if the blocks do not deform (§8).
     pub rigid: bool,
     /// Cells along each edge.
     pub count: [usize; 3],
     /// Positions of the cuts along each edge, shape `(count + 1)` `[m]`.
     pub cuts: [Vec<f64>; 3],
-    /// Lengths of the cells along each edge, equal where the cuts are evenly spaced `[m]`.
+    /// Lengths of the cells along each edge `[m]`; they are equal if the cuts are evenly spaced.
     pub lengths: [Vec<f64>; 3],
     /// Width of the gap at each cut along the edge, shape `(count + 1)` `[m]`.
     pub gaps: [Vec<f64>; 3],
-    /// Body in each cell, or [`NONE`] or [`ELSEWHERE`]; x fastest.
+    /// Block in each cell, or [`NONE`] or [`ELSEWHERE`]; x fastest.
     pub block: Pages,
     /// Material of each cell.
     pub material: Arc<Vec<u16>>,
-    /// Joint at the upper side of each cell, by the direction of its normal.
+    /// Joint at the upper side of each cell, for each direction of the normal.
     pub joint: [Arc<Vec<u16>>; 3],
-    /// The joint that the set has by the direction of the normal: at its outer faces, too.
+    /// Joint of the set for each direction of the normal, also at its outer faces.
     pub own_joint: [u16; 3],
 }
 
@@ -50,7 +50,7 @@ impl Lattice {
         cell[0] + self.count[0] * (cell[1] + self.count[1] * cell[2])
     }
 
-    /// Cell of a number.
+    /// Cell with a number.
     pub fn cell(&self, index: usize) -> [usize; 3] {
         let [nx, ny, _] = self.count;
         [index % nx, index / nx % ny, index / (nx * ny)]
@@ -73,7 +73,7 @@ impl Lattice {
     }
 
     /// Area of one element of the joint at the upper side of a cell along d `[m²]`. Between rigid
-    /// blocks it reaches to the middle of the gaps around, where there are no strips.
+    /// blocks it extends to the middle of the surrounding gaps, because they have no strips.
     pub fn joint_area(&self, cell: [usize; 3], d: usize) -> f64 {
         let edge = |e: usize| {
             let whole =
@@ -92,7 +92,7 @@ impl Lattice {
         }
     }
 
-    /// The point with these positions along the three edges `[m]`.
+    /// Point at the given positions along the three edges `[m]`.
     pub fn point(&self, along: [f64; 3]) -> Vec3 {
         self.origin + self.axes[0] * along[0] + self.axes[1] * along[1] + self.axes[2] * along[2]
     }
@@ -118,7 +118,7 @@ impl Lattice {
         self.point([0, 1, 2].map(|d| (self.cuts[d][cell[d]] + self.cuts[d][cell[d] + 1]) / 2.0))
     }
 
-    /// Corners of the lower (0) and upper (1) nominal faces of a cell along d.
+    /// Corners of the lower (0) and upper (1) faces of a cell along d, gaps included.
     pub fn faces(&self, cell: [usize; 3], d: usize) -> [[Vec3; 4]; 2] {
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         [0, 1].map(|side| {
@@ -132,7 +132,7 @@ impl Lattice {
         })
     }
 
-    /// Memory besides what another lattice has, too `[bytes]`.
+    /// Memory that is not shared with another lattice `[bytes]`.
     pub fn bytes(&self, other: Option<&Self>) -> usize {
         let numbers = [&self.cuts, &self.lengths, &self.gaps].into_iter().flatten();
         let cells = |lattice: &Self| {
@@ -152,7 +152,7 @@ impl Lattice {
         self.lengths.iter().flatten().copied().fold(f64::INFINITY, f64::min)
     }
 
-    /// The eight corners of a range of cells.
+    /// Corners of a range of cells, numbered by bits `[m]`.
     pub fn corners_of(&self, from: [usize; 3], to: [usize; 3]) -> [Vec3; 8] {
         std::array::from_fn(|k| {
             let end = |d: usize| if k & (1 << d) == 0 { from[d] } else { to[d] };
@@ -166,13 +166,13 @@ impl Lattice {
     }
 }
 
-/// Corners of the box around points `[m]`.
+/// Low and high corner of the box around points `[m]`.
 pub fn bounds_of(points: &[Vec3]) -> [Vec3; 2] {
     let start = [Vec3::repeat(f64::INFINITY), Vec3::repeat(f64::NEG_INFINITY)];
     points.iter().fold(start, |[low, high], x| [low.inf(x), high.sup(x)])
 }
 
-/// Corners of the box around all lattices.
+/// Low and high corner of the box around all lattices `[m]`.
 pub fn bounds(lattices: &[Arc<Lattice>]) -> [Vec3; 2] {
     bounds_of(&lattices.iter().flat_map(|lattice| lattice.corners()).collect::<Vec<_>>())
 }

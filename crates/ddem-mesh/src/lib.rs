@@ -1,16 +1,16 @@
-//! §1: what is where.
+//! Geometry of blocks and joints (§1).
 //!
-//! Each block set is a tensor-product [`Lattice`] cut by joint planes. A cell's body is moved
-//! inward by half the thickness at every plane, never at the outer faces, so that bodies, face
-//! joints, strips and corners tile the region exactly:
+//! Each block set is a tensor-product [`Lattice`] cut by joint planes. A block is its cell moved
+//! inward by half the joint thickness at every plane, but not at the outer faces. Blocks, face
+//! joints, strips and corners therefore tile the region exactly:
 //!
 //! ```text
-//!   body 0          body 1          plan view; t = thickness
+//!  block 0         block 1          plan view; t = thickness
 //!  +-------+ |t| +-------+ |t|
-//!  |       | |f| |       | |f|     f  face joint, between two bodies
+//!  |       | |f| |       | |f|     f  face joint, between two blocks
 //!  +-------+ +-+ +-------+ +-+
 //!  ---- f ---|s|---- f ----|s|     s  strip, where two planes cross
-//!  +-------+ +-+ +-------+ +-+     c  corner, where three cross
+//!  +-------+ +-+ +-------+ +-+     c  corner, where three planes cross
 //!  |       | | | |       | | |
 //! ```
 
@@ -54,28 +54,28 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-/// Part of an edge within which a point lies on a face.
+/// Distance within which a point lies on a face, as a fraction of an edge.
 pub const ON_FACE: f64 = 1e-9;
 
 /// A vector of three components.
 pub type Vec3 = Vector3<f64>;
 
-/// One block.
+/// Block of a model.
 #[derive(Clone, Copy, Debug)]
 pub struct Block {
-    /// Its lattice.
+    /// Number of its lattice.
     pub lattice: u32,
-    /// Its cell there.
+    /// Cell in that lattice.
     pub cell: [u32; 3],
     /// Number of its first node; its nodes are contiguous, x fastest.
     pub first_node: u32,
     /// Number of its first element; its elements are contiguous, x fastest.
     pub first_element: u32,
-    /// Its material.
+    /// Number of its material.
     pub material: u16,
 }
 
-/// All blocks, in the order of the deck, and in a set with x fastest.
+/// All blocks, in the order of the deck; within a set x runs fastest.
 #[derive(Clone, Debug)]
 pub struct Geometry {
     /// Lattices.
@@ -86,21 +86,22 @@ pub struct Geometry {
     pub n_nodes: usize,
     /// Number of elements.
     pub n_elements: usize,
-    /// Faces of different lattices that lie on each other, with the joint between them, by their blocks: those
-    /// of blocks that have been taken out since, too.
+    /// Nonconforming joints between lattices, sorted by their blocks. Joints of removed blocks are
+    /// included.
     pub nonconforming_joints: Arc<Vec<NonconformingJoint>>,
-    /// Places there by block and number of the face, in order.
+    /// Indices of these joints by block and number of the face, sorted.
     by_face: Arc<Vec<(u32, u8, u32)>>,
-    /// Faces of different sets that are nearer than their joint is thick, and not joined.
+    /// Faces of different sets that are nearer than the thickness of their joint, but not joined.
     pub apart: Arc<Vec<NonconformingJoint>>,
-    /// Corners of the box around all sets of blocks `[m]`.
+    /// Low and high corner of the box around all block sets `[m]`.
     pub bounds: [Vec3; 2],
-    /// Lattices that have no gap between them.
+    /// Pairs of lattices without a gap between them.
     pub touching: Arc<Vec<(usize, usize)>>,
 }
 
 impl Geometry {
-    /// Blocks in the cells of lattices, with numbers for them and their nodes, and no joints between lattices yet.
+    /// Geometry of the blocks in the cells of lattices, with numbered blocks and nodes. It has no
+    /// joints between lattices yet.
     #[must_use]
     pub fn new(lattices: Vec<Arc<Lattice>>, bounds: [Vec3; 2]) -> Self {
         let mut geometry = Self {
@@ -144,7 +145,7 @@ impl Geometry {
         }
     }
 
-    /// Takes blocks out: they keep their numbers, and are nobody's neighbours.
+    /// Removes blocks. They keep their numbers, but are no longer neighbours of others.
     pub fn remove(&mut self, blocks: &[usize]) {
         for &block in blocks {
             let Block { lattice, cell, .. } = self.blocks[block];
@@ -161,7 +162,7 @@ impl Geometry {
         lattice.block[lattice.index(cell)] == NONE
     }
 
-    /// Memory besides what another geometry has, too `[bytes]`.
+    /// Memory that is not shared with another geometry `[bytes]`.
     pub fn bytes(&self, other: Option<&Self>) -> usize {
         let known = |k: usize| other.map(|other| &other.lattices[k]);
         let own = self.lattices.iter().enumerate();
@@ -178,7 +179,7 @@ impl Geometry {
             + if nonconforming_joints { 0 } else { size_of_val(&self.by_face[..]) }
     }
 
-    /// The block set of a body.
+    /// Number of a block's set.
     pub fn set(&self, block: usize) -> usize {
         self.lattice(block).set
     }
@@ -188,7 +189,7 @@ impl Geometry {
         &self.lattices[self.blocks[block].lattice as usize]
     }
 
-    /// The body at an offset of −1, 0 or 1 cells from a body.
+    /// Block at an offset of −1, 0 or 1 cells from a block.
     pub fn neighbour(&self, block: usize, offset: [i32; 3]) -> Option<usize> {
         if self.is_removed(block) {
             return None;
@@ -208,14 +209,14 @@ impl Geometry {
         }
     }
 
-    /// Panics where there is no such node: the answer to a wrong number would be a wrong place.
+    /// Panics if there is no such node, because a wrong number would give a wrong position.
     #[track_caller]
     pub fn has_node(&self, node: usize) {
         let n = self.n_nodes;
         assert!(node < n, "there is no node {node}: the model has {n} nodes, from 0");
     }
 
-    /// Panics where there is no such block.
+    /// Panics if there is no such block.
     #[track_caller]
     pub fn has_block(&self, block: usize) {
         let n = self.blocks.len();
@@ -232,7 +233,7 @@ impl Geometry {
         self.blocks.partition_point(|b| b.first_node as usize <= node) - 1
     }
 
-    /// The body that has a node, and the node's lattice steps in it.
+    /// Block of a node, and the lattice steps of the node in it.
     #[track_caller]
     pub fn locate(&self, node: usize) -> (usize, [usize; 3]) {
         let block = self.block_of(node);
@@ -240,13 +241,13 @@ impl Geometry {
         (block, self.topology(block).steps(local))
     }
 
-    /// Centre of a body's cell, the joints around it included `[m]`.
+    /// Centre of a block's cell, which includes the surrounding joints `[m]`.
     pub fn centre(&self, block: usize) -> Vec3 {
         self.lattice(block).centre(self.blocks[block].cell.map(|c| c as usize))
     }
 
-    /// Depth of a point inside a block, as a part of its edges (negative: outside), and the element nearest
-    /// to it.
+    /// Depth of a point inside a block as a fraction of its edges (negative outside), and the
+    /// element nearest to the point.
     pub fn inside(&self, block: usize, x: &Vec3) -> (f64, [usize; 3]) {
         let n = self.topology(block).divisions() as f64;
         let from = self.position(block, [0; 3]);
@@ -256,23 +257,23 @@ impl Geometry {
             let along = (x - from).dot(&normal) / normal.dot(&self.axes(block)[d]);
             let part = along / (n * self.spacing(block, d));
             inside = inside.min(part.min(1.0 - part));
-            // On a face between two elements the lower one.
+            // A point on a face between two elements belongs to the lower one.
             *element = ((part * n - ON_FACE).ceil() - 1.0).clamp(0.0, n - 1.0) as usize;
         }
         (inside, element)
     }
 
-    /// Corners of a body, numbered by bits `[m]`.
+    /// Corners of a block, numbered by bits `[m]`.
     pub fn corners(&self, block: usize) -> [Vec3; 8] {
         self.topology(block).corners().map(|at| self.position(block, at))
     }
 
-    /// Number of the node at lattice steps `at` of a body.
+    /// Number of the node at lattice steps `at` of a block.
     pub fn node(&self, block: usize, at: [usize; 3]) -> usize {
         self.blocks[block].first_node as usize + self.topology(block).node(at)
     }
 
-    /// Reference position of the node at lattice steps `at` of a body `[m]`.
+    /// Reference position of the node at lattice steps `at` of a block `[m]`.
     pub fn position(&self, block: usize, at: [usize; 3]) -> Vec3 {
         let lattice = self.lattice(block);
         let cell = self.blocks[block].cell;

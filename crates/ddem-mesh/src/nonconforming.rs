@@ -1,4 +1,4 @@
-//! Joints between faces that do not match, by their faces and by their blocks.
+//! Nonconforming joints, by their faces and by their blocks.
 
 use std::sync::Arc;
 
@@ -6,16 +6,16 @@ use super::lattice::NO_JOINT;
 use super::{BlockFace, Geometry};
 use ddem_mechanics::collide::FaceId;
 
-/// Two faces that lie on each other, or nearly.
+/// Joint between two faces that lie on each other, or nearly so.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NonconformingJoint {
-    /// a and b, the lower number first.
+    /// Blocks a and b, the lower number first.
     pub blocks: [u32; 2],
-    /// A face of each.
+    /// Face of each block.
     pub faces: [FaceId; 2],
     /// Number of the joint.
     pub joint: u16,
-    /// Of the parts of their cells' faces that lie on each other, gaps around included `[m²]`.
+    /// Area in which the faces of their cells lie on each other, surrounding gaps included `[m²]`.
     pub area: f64,
     /// Distance of the two faces `[m]`.
     pub gap: f64,
@@ -24,7 +24,7 @@ pub struct NonconformingJoint {
 }
 
 impl NonconformingJoint {
-    /// Its two faces.
+    /// Faces of the joint.
     #[must_use]
     pub fn sides(&self) -> [BlockFace; 2] {
         let side = |k: usize| BlockFace { block: self.blocks[k] as usize, face: self.faces[k] };
@@ -35,7 +35,7 @@ impl NonconformingJoint {
 /// Properties of a face's nonconforming joints.
 #[derive(Clone, Copy, Debug)]
 pub struct NonconformingFace {
-    /// Of several the stiffest, which bounds what the others do.
+    /// Number of the joint; of several joints the stiffest, whose stiffness bounds the others.
     pub joint: u16,
     stiffness: f64,
     /// Least distance to the other faces `[m]`.
@@ -43,7 +43,7 @@ pub struct NonconformingFace {
 }
 
 impl Geometry {
-    /// Gives faces of different lattices joints, sorted by their blocks.
+    /// Sets the nonconforming joints, which must be sorted by their blocks.
     pub fn join(&mut self, nonconforming_joints: Vec<NonconformingJoint>) {
         let place = |(at, joint_pair): (usize, &NonconformingJoint)| {
             [0, 1].map(|k| (joint_pair.blocks[k], joint_pair.faces[k].number(), at as u32))
@@ -54,13 +54,13 @@ impl Geometry {
             (Arc::new(nonconforming_joints), Arc::new(places));
     }
 
-    /// Forgets the joints of blocks that have been taken out.
+    /// Drops the joints of removed blocks.
     pub fn forget_removed(&mut self) {
         let left = self.joined().copied().collect();
         self.join(left);
     }
 
-    /// Faces of different lattices with a joint between them, of blocks that are there.
+    /// Nonconforming joints between blocks that have not been removed.
     pub fn joined(&self) -> impl Iterator<Item = &NonconformingJoint> {
         self.nonconforming_joints.iter().filter(|joint_pair| self.is_there(joint_pair))
     }
@@ -69,7 +69,7 @@ impl Geometry {
         !joint_pair.blocks.iter().any(|&block| self.is_removed(block as usize))
     }
 
-    /// The joints that a face of a block has to others that it does not match.
+    /// Properties of the nonconforming joints at a face of a block; `None` if it has none.
     #[must_use]
     pub fn nonconforming(&self, block: usize, face: u8) -> Option<NonconformingFace> {
         let place = (block as u32, face);
@@ -86,7 +86,7 @@ impl Geometry {
         })
     }
 
-    /// Joint at a face of a block, whether another block is there or not.
+    /// Joint at a face of a block, even without a block on the other side.
     pub fn joint_at(&self, block: usize, face: FaceId) -> Option<u16> {
         let lattice = self.lattice(block);
         let (d, mut cell) = (face.direction, self.blocks[block].cell.map(|c| c as usize));
@@ -101,7 +101,7 @@ impl Geometry {
         Some(joint).filter(|&joint| joint != NO_JOINT)
     }
 
-    /// True if a block has another material or other joints than before.
+    /// True if the material or a joint of a block has changed.
     pub fn differs(&self, before: &Self, block: usize) -> bool {
         let joints = |geometry: &Self| {
             let number = |k: u8| {
@@ -116,7 +116,7 @@ impl Geometry {
             || joints(self) != joints(before)
     }
 
-    /// The joint of two blocks whose faces do not match, if there is one.
+    /// Nonconforming joint of two blocks, if there is one.
     pub fn joint_of(&self, blocks: [u32; 2]) -> Option<u16> {
         let at =
             self.nonconforming_joints.binary_search_by_key(&blocks, |joint_pair| joint_pair.blocks);
@@ -124,7 +124,7 @@ impl Geometry {
         self.is_there(joint_pair).then_some(joint_pair.joint)
     }
 
-    /// Takes joints and materials from what is where in another stage.
+    /// Copies joints and materials from the same places in another stage.
     pub fn assign_as(&mut self, other: &Self) {
         for (own, other) in self.lattices.iter_mut().zip(&other.lattices) {
             let own = Arc::make_mut(own);

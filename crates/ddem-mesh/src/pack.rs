@@ -1,77 +1,77 @@
-//! Packs: four bodies side by side, one per SIMD lane, and who is whose neighbour.
+//! Packs of four blocks side by side, one per SIMD lane, and their neighbours.
 //!
-//! A pack owns the joint cells at the upper sides of its bodies: three faces, three strips and a
+//! A pack owns the joint cells at the upper sides of its blocks: three faces, three strips and a
 //! corner, one for each of the seven upper neighbours. With the bits 1 = x, 2 = y, 4 = z of an
-//! offset, lattice `o` joins the bodies whose offsets are the subsets of `o`:
+//! offset, lattice `o` joins the blocks whose offsets are the subsets of `o`:
 //!
 //! | offset | 1, 2, 4 | 3, 5, 6 | 7 |
 //! |---|---|---|---|
 //! | cells | face joint, n×n×1 | strip, n×1×1 | corner, 1×1×1 |
-//! | bodies | 2 | 4 | 8 |
+//! | blocks | 2 | 4 | 8 |
 //!
-//! What these cells do to the upper neighbours goes to the pack's *shares*, one entry for each of
-//! the neighbours' nodes that they touch and one for the torque; the neighbours collect it later.
-//! So every number is written by one task and summed in one order.
+//! The forces of these cells on the upper neighbours go to the pack's *shares*: one entry for each
+//! touched node of a neighbour, and one for its torque. The neighbours collect them later. Every
+//! number is therefore written by one task and summed in one order.
 
 use std::sync::Arc;
 
 use crate::{Geometry, Lattice, moved_to};
 use ddem_mechanics::math::lanes::LANES;
 
-/// Lane without a neighbour.
+/// Marker for a lane without a neighbour.
 const NOBODY: u32 = u32::MAX;
 
-/// One node of a joint lattice: on which body (offset bits) and its places there.
+/// Node of a joint lattice: its block (offset bits) and its indices there.
 #[derive(Clone, Copy, Debug)]
 pub struct JointNode {
-    /// Offset bits of the body: 0 is the owner.
+    /// Offset bits of the block: 0 is the owner.
     pub offset: usize,
-    /// Local node number in that body.
+    /// Local node number in that block.
     pub local: usize,
-    /// Place in the owner's shares; of no meaning for the owner's own nodes.
+    /// Index in the owner's shares; without meaning for the owner's own nodes.
     pub share: usize,
 }
 
 /// Two facing nodes of a face joint.
 #[derive(Clone, Copy, Debug)]
 pub struct NodePair {
-    /// Places of the nodes on sides a and b in the joint lattice.
+    /// Indices of the nodes on sides a and b in the joint lattice.
     pub sides: [usize; 2],
-    /// Elements of the joint lattice that have the pair; the first `count` are.
+    /// Elements of the joint lattice that contain the pair; only the first `count` are valid.
     elements: [u32; 4],
     count: u8,
 }
 
 impl NodePair {
-    /// Elements of the joint lattice that have the pair.
+    /// Elements of the joint lattice that contain the pair.
     #[inline(always)]
     pub fn elements(&self) -> impl ExactSizeIterator<Item = usize> + use<> {
         self.elements.into_iter().take(self.count as usize).map(|e| e as usize)
     }
 
-    /// One over the number of those elements.
+    /// Inverse of the number of those elements.
     #[inline(always)]
     pub fn share(&self) -> f64 {
         1.0 / f64::from(self.count)
     }
 }
 
-/// Node numbering of bodies with n divisions, and of the joint cells around them.
+/// Node numbering of blocks with n divisions, and of the joint cells around them.
 #[derive(Clone, Debug)]
 pub struct BlockNumbering {
     /// Elements along each edge.
     pub divisions: usize,
-    /// Nodes of a body.
+    /// Nodes of a block.
     pub nodes: usize,
     /// Nodes of each joint lattice, x fastest, by offset 1…7 (0 unused).
     pub joints: [Vec<JointNode>; 8],
-    /// Pairs of the face joints by direction: the next direction, cyclically, runs fastest.
+    /// Pairs of the face joints by direction; the next direction, cyclically, runs fastest.
     pub pairs: [Vec<NodePair>; 3],
-    /// For each offset: local node numbers of that upper neighbour in the order of its shares.
+    /// Local node numbers of the upper neighbour at each offset, in the order of its shares.
     pub touched: [Vec<usize>; 8],
-    /// Index of each offset's first neighbour force.
+    /// Index of the first share of each offset.
     pub neighbour_force_start: [usize; 8],
-    /// Entries in the shares: one for each touched node, then seven torques.
+    /// Number of shares: one for each touched node, then seven torques.
     pub(super) neighbour_forces: usize,
 }
 
@@ -80,7 +80,7 @@ impl BlockNumbering {
     pub fn new(divisions: usize) -> Self {
         let n = divisions + 1;
         let local = |at: [usize; 3]| at[0] + n * (at[1] + n * at[2]);
-        // Nodes of a grid that has one line where `flat` has a bit, else n.
+        // Nodes of a grid with `thick` lines along directions in `flat`, and n along the others.
         let grid = |flat: usize, thick: usize| {
             let m = [0, 1, 2].map(|d| if flat & (1 << d) == 0 { n } else { thick });
             (0..m[2])
@@ -96,7 +96,8 @@ impl BlockNumbering {
         }
         let torques = neighbour_force_start[7] + touched[7].len();
         let joint_node = |lattice: usize, at: [usize; 3]| {
-            // Along the offset's directions, line 0 is the owner's last and line 1 the next's first.
+            // Along the offset's directions, line 0 is the owner's last one and line 1 the
+            // neighbour's first.
             let crossed = (0..3).filter(|&d| lattice & (1 << d) != 0);
             let offset = crossed.filter(|&d| at[d] == 1).map(|d| 1 << d).sum::<usize>();
             let on_block = [0, 1, 2].map(|d| match (lattice & (1 << d), at[d]) {
@@ -104,7 +105,7 @@ impl BlockNumbering {
                 (_, 0) => divisions,
                 _ => 0,
             });
-            // Order of the shares: the grid of the neighbour that is flat along its offset.
+            // Shares are in the order of the neighbour's grid, which is flat along its offset.
             let [mx, my, _] = [0, 1, 2].map(|d| if offset & (1 << d) == 0 { n } else { 1 });
             let place = on_block[0] + mx * (on_block[1] + my * on_block[2]);
             JointNode {
@@ -132,12 +133,12 @@ impl BlockNumbering {
         }
     }
 
-    /// Elements of a joint lattice along the three edges; offset 0 is the body itself.
+    /// Elements of a joint lattice along the three edges; offset 0 is the block itself.
     pub fn dims(&self, offset: usize) -> [usize; 3] {
         [0, 1, 2].map(|d| if offset & (1 << d) == 0 { self.divisions } else { 1 })
     }
 
-    /// Place of the torque for an upper neighbour in the shares.
+    /// Index of the torque for an upper neighbour in the shares.
     pub fn torque(&self, offset: usize) -> usize {
         self.neighbour_forces - 8 + offset
     }
@@ -153,7 +154,7 @@ fn pair_places(divisions: usize, d: usize) -> Vec<NodePair> {
         let at = on_face(i, k);
         let (mut elements, mut count) = ([0; 4], 0);
         for (i, k) in [(i, k), (i + 1, k), (i, k + 1), (i + 1, k + 1)] {
-            // The element above the lines i − 1 and k − 1.
+            // Element above the lines i − 1 and k − 1.
             if (1..=divisions).contains(&i) && (1..=divisions).contains(&k) {
                 elements[count] = element(on_face(i - 1, k - 1)) as u32;
                 count += 1;
@@ -185,7 +186,7 @@ impl Neighbours {
         }
     }
 
-    /// The pack, when the four neighbours are its four lanes in order: whole vectors load.
+    /// Pack of the four neighbours, if they are its four lanes in order; then whole vectors load.
     #[inline(always)]
     pub fn aligned(&self) -> Option<usize> {
         let first = self.0[0];
@@ -194,14 +195,14 @@ impl Neighbours {
             .then_some(first as usize / LANES)
     }
 
-    /// True where no lane has a neighbour.
+    /// True if no lane has a neighbour.
     pub fn is_none(&self) -> bool {
         *self == Self::NONE
     }
 }
 
-/// Bodies of a lattice in the order of the lanes. Lanes run along an edge whose count is a multiple of four, if there
-/// is one: then the neighbours across it are whole packs.
+/// Blocks of a lattice in the order of the lanes. Lanes run along an edge whose count is a multiple
+/// of four, if there is one. The neighbours across it are then whole packs.
 fn in_order(lattice: &Lattice) -> Vec<u32> {
     let first = (0..3).find(|&d| lattice.count[d].is_multiple_of(LANES)).unwrap_or(0);
     let order = [first, (first + 1) % 3, (first + 2) % 3];
@@ -220,42 +221,43 @@ fn in_order(lattice: &Lattice) -> Vec<u32> {
     blocks
 }
 
-/// Four bodies of one set, or of sets of one block each. Lanes beyond `filled` repeat the first body with zero weight.
+/// Four blocks of one set, or of sets of one block each. Lanes beyond `filled` repeat the first
+/// block with zero weight.
 #[derive(Clone, Debug)]
 pub struct Pack {
     /// Block of each lane.
     pub blocks: [u32; LANES],
     /// Number of lanes with a block of their own.
     pub filled: usize,
-    /// Index into the shapes.
+    /// Index of the numbering in the shapes.
     pub(super) shape: usize,
-    /// First node in the nodal fields.
+    /// First node in the nodal fields, in nodes.
     pub start: usize,
-    /// First entry in the shares.
+    /// Index of the first share.
     pub neighbour_force_start: usize,
-    /// Its bodies do not deform.
+    /// True if its blocks do not deform.
     pub rigid: bool,
-    /// Packs of rigid bodies before it.
+    /// Number of rigid packs before it.
     pub rigid_start: usize,
-    /// Bodies at the upper offsets 1…7 (0 unused).
+    /// Neighbours at the upper offsets 1…7 (0 unused).
     pub upper: [Neighbours; 8],
-    /// Bodies at the lower offsets −1…−7, who own the joints between.
+    /// Neighbours at the lower offsets −1…−7, which own the joints between.
     pub lower: [Neighbours; 8],
 }
 
-/// All packs, and where each body is.
+/// All packs, and the location of each block.
 #[derive(Clone, Debug)]
 pub struct Packs {
     pub(super) shapes: Vec<BlockNumbering>,
     /// Packs in the order of the blocks.
     pub packs: Vec<Pack>,
-    /// `LANES` × pack + lane of each body.
+    /// Location of each block: `LANES` × pack + lane.
     slots: Vec<u32>,
-    /// Nodes in the nodal fields, counting one for four lanes.
+    /// Nodes in the nodal fields; four lanes count as one.
     pub nodes: usize,
-    /// Entries in the shares.
+    /// Number of shares.
     pub neighbour_forces: usize,
-    /// Packs of rigid bodies.
+    /// Number of rigid packs.
     pub rigid: usize,
 }
 
@@ -281,7 +283,8 @@ impl Packs {
         packs
     }
 
-    /// Number of the first lattices whose blocks lie side by side in packs: of single blocks as many as are alike.
+    /// Number of leading lattices whose blocks share packs. Only lattices of a single block share
+    /// them, as long as they are alike.
     fn alike(&self, lattices: &[Arc<Lattice>]) -> usize {
         let kind = |lattice: &Lattice| (lattice.divisions, lattice.rigid, lattice.is_box());
         let first = &lattices[0];
@@ -290,7 +293,7 @@ impl Packs {
         lattices.iter().take_while(like).count().max(1)
     }
 
-    /// Finds who is whose neighbour.
+    /// Finds the neighbours of all packs.
     pub fn link(&mut self, geometry: &Geometry) {
         for index in 0..self.packs.len() {
             for offset in 1..8 {
@@ -304,7 +307,7 @@ impl Packs {
         }
     }
 
-    /// Packs of bodies of lattices like this one.
+    /// Adds packs of the blocks of similar lattices.
     fn add(&mut self, lattice: &Lattice, blocks: Vec<u32>) {
         let shape = self.shape(lattice.divisions);
         for four in blocks.chunks(LANES) {
@@ -337,11 +340,11 @@ impl Packs {
         })
     }
 
-    /// The bodies some cells along the axes from those of a pack.
+    /// Blocks at an offset in cells from those of a pack.
     pub fn neighbours(&self, geometry: &Geometry, pack: &Pack, step: [i32; 3]) -> Neighbours {
         Neighbours(std::array::from_fn(|lane| {
             let block = (lane < pack.filled).then_some(pack.blocks[lane] as usize);
-            // A body that has been taken out is still there itself.
+            // A removed block still counts at offset 0.
             let other = match step {
                 [0, 0, 0] => block,
                 _ => block.and_then(|block| geometry.neighbour(block, step)),
@@ -350,24 +353,25 @@ impl Packs {
         }))
     }
 
-    /// Pack and lane of a body.
+    /// Pack and lane of a block.
     pub fn slot(&self, block: usize) -> (usize, usize) {
         let slot = self.slots[block] as usize;
         (slot / LANES, slot % LANES)
     }
 
-    /// Numbering of the bodies of a pack.
+    /// Numbering of the blocks of a pack.
     pub fn shape_of(&self, pack: &Pack) -> &BlockNumbering {
         &self.shapes[pack.shape]
     }
 }
 
-/// A joint lattice: the joints of one kind at the upper sides of the bodies of a pack.
+/// Joint lattice: the joints of one kind at the upper sides of the blocks of a pack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct JointLattice {
     /// Number of the pack.
     pub pack: usize,
-    /// Directions across which it lies, as bits: 1, 2 and 4 are face joints, 3, 5 and 6 strips, 7 is a corner.
+    /// Directions that it lies across, as bits: 1, 2 and 4 are face joints, 3, 5 and 6 strips, 7 is
+    /// a corner.
     pub offset: usize,
 }
 

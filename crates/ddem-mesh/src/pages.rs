@@ -3,10 +3,10 @@
 use std::ops::{Index, IndexMut};
 use std::sync::Arc;
 
-/// Numbers of a page.
+/// Numbers per page.
 const PAGE: usize = 256;
 
-/// A list of numbers, shape `(len)`, that is copied by pages, and only where it changes.
+/// List of numbers, shape `(len)`. Copies share its pages; only changed pages are copied.
 #[derive(Clone, Debug, Default)]
 pub struct Pages {
     pages: Vec<Arc<[u32]>>,
@@ -14,19 +14,19 @@ pub struct Pages {
 }
 
 impl Pages {
-    /// Number of numbers.
+    /// Length of the list.
     #[must_use]
     pub fn len(&self) -> usize {
         self.len
     }
 
-    /// True where there is no number.
+    /// True if the list has no numbers.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len == 0
     }
 
-    /// Memory besides what another list has, too `[bytes]`.
+    /// Memory that is not shared with another list `[bytes]`.
     pub(crate) fn bytes(&self, other: Option<&Self>) -> usize {
         let known = |at: usize| other.and_then(|other| other.pages.get(at));
         let own = self.pages.iter().enumerate();

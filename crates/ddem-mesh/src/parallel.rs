@@ -1,18 +1,18 @@
-//! Work on packs in parallel, by ownership: a task owns the fields of a run of packs.
+//! Parallel work on packs by ownership: each task owns the fields of a run of packs.
 //!
-//! The runs are fixed with the model, never with the number of threads, and no task adds to
-//! what another owns: threads cannot change a bit.
+//! The runs depend on the model, never on the number of threads, and no task adds to fields that
+//! another one owns. Threads therefore cannot change a bit of the results.
 
 use std::ops::Range;
 
 use crate::pack::Packs;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 
-/// Nodes below which a run is not worth waking a thread for.
+/// Nodes per run below which waking a thread does not pay.
 const FEWEST_NODES: usize = 1000;
-/// Runs of a model of middle size: enough for many cores, few enough to cost nothing.
+/// Number of runs of a medium model: enough for many cores, few enough to cost nothing.
 const RUNS: usize = 64;
-/// Nodes of a run in large models: waking a thread costs nothing beside them.
+/// Nodes per run in large models; the cost of waking a thread is negligible beside them.
 const MANY_NODES: usize = 16_000;
 
 /// Runs of packs of about equal work.
@@ -22,14 +22,14 @@ pub fn runs(packs: &Packs) -> Vec<Range<usize>> {
     (0..count).map(|i| n * i / count..n * (i + 1) / count).collect()
 }
 
-/// Fields that can be cut between two packs.
+/// Fields that can be split between two packs.
 pub trait Split: Sized + Send {
-    /// Fields of the packs before `at`, and the rest. Fields begin at pack `first`; `low_runs` runs end
-    /// before `at`.
+    /// Splits the fields at pack `at` into those before it and the rest. Fields begin at pack
+    /// `first`; `low_runs` runs end before `at`.
     fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self);
 }
 
-/// Calls `op` with each run, its number, and its part of the fields.
+/// Calls `op` with each run and its part of the fields.
 pub fn spread<T: Split>(
     packs: &Packs,
     runs: &[Range<usize>],
@@ -66,7 +66,7 @@ pub fn each_pack<const N: usize, T: Send>(
     });
 }
 
-/// Nodal fields, and a value of each pack.
+/// Nodal fields, and one value per pack.
 struct Nodal<'a, const N: usize, T> {
     fields: [&'a mut [Lanes]; N],
     own: &'a mut [T],
@@ -80,7 +80,7 @@ impl<const N: usize, T: Send> Split for Nodal<'_, N, T> {
     }
 }
 
-/// Takes the first values of a field, or all that there are.
+/// Removes the first `at` values of a field, or all if there are fewer, and returns them.
 pub fn cut<'a, T>(field: &mut &'a mut [T], at: usize) -> &'a mut [T] {
     let all = std::mem::take(field);
     let (low, high) = all.split_at_mut(at.min(all.len()));
@@ -88,17 +88,18 @@ pub fn cut<'a, T>(field: &mut &'a mut [T], at: usize) -> &'a mut [T] {
     low
 }
 
-/// First number of a pack in a field of three components a node; one past the end is allowed.
+/// Index of a pack's first number in a field with three components a node. One past the last pack
+/// is allowed.
 pub fn node_start(packs: &Packs, pack: usize) -> usize {
     3 * packs.packs.get(pack).map_or(packs.nodes, |p| p.start)
 }
 
-/// Packs of rigid bodies before a pack; one past the end is allowed.
+/// Number of rigid packs before a pack. One past the last pack is allowed.
 pub fn rigid_start(packs: &Packs, pack: usize) -> usize {
     packs.packs.get(pack).map_or(packs.rigid, |p| p.rigid_start)
 }
 
-/// First number of a pack in the shares; one past the end is allowed.
+/// Index of a pack's first number in the shares. One past the last pack is allowed.
 pub fn neighbour_force_start(packs: &Packs, pack: usize) -> usize {
     3 * packs.packs.get(pack).map_or(packs.neighbour_forces, |p| p.neighbour_force_start)
 }

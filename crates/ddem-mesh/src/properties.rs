@@ -8,10 +8,10 @@ use serde::{Deserialize, Serialize};
 use ddem_mechanics::element::{Elastic, ElementKind};
 use ddem_mechanics::law::{JointLaw, SpringStiffness};
 
-/// Damping of contacts where none is given, as a fraction of critical.
+/// Default damping of contacts as a fraction of critical.
 pub const DAMPING: f64 = 0.2;
 
-/// Properties and settings of a model; materials and joints have numbers.
+/// Properties and settings of a model; materials and joints are numbered.
 #[derive(Clone, Debug)]
 pub struct Properties {
     /// Acceleration of gravity `[m/s²]`.
@@ -20,7 +20,7 @@ pub struct Properties {
     pub kinematics: Kinematics,
     /// Element of the blocks.
     pub element: ElementKind,
-    /// The largest velocities and principal stresses of the run are kept.
+    /// True if the largest velocities and principal stresses of the run are recorded.
     pub peaks: bool,
     /// Properties of contacts.
     pub contact: ContactProperties,
@@ -51,14 +51,14 @@ pub struct JointProperties {
     pub thickness: f64,
     /// Elasticity before failure.
     pub elasticity: JointElasticity,
-    /// Law of strength; without one the joint never fails.
+    /// Law of strength; without a law the joint never fails.
     pub law: Option<Arc<dyn JointLaw>>,
 }
 
 /// Elasticity of a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum JointElasticity {
-    /// A layer of a material.
+    /// Layer of a material.
     Layer(Elastic),
     /// Springs without mass.
     Springs(SpringStiffness),
@@ -73,7 +73,7 @@ impl JointProperties {
         }
     }
 
-    /// Stiffness per area `[Pa/m]`: of a layer `(λ + 2G)/t` and `G/t` (§5).
+    /// Stiffness per area `[Pa/m]`; `(λ + 2G)/t` and `G/t` for a layer (§5).
     pub fn stiffness(&self) -> SpringStiffness {
         match &self.elasticity {
             JointElasticity::Layer(layer) => SpringStiffness {
@@ -85,10 +85,10 @@ impl JointProperties {
     }
 }
 
-/// Properties of contacts; what is not given follows from the faces that meet.
+/// Properties of contacts. Defaults follow from the faces that meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactProperties {
-    /// New contacts are looked for.
+    /// True if new contacts are searched for.
     pub search: bool,
     /// True if the deck says whether contacts are searched for.
     pub given: bool,
@@ -96,14 +96,15 @@ pub struct ContactProperties {
     pub normal_stiffness: Option<f64>,
     /// Shear stiffness of all contacts `[Pa/m]`.
     pub shear_stiffness: Option<f64>,
-    /// `tan φ` of all contacts.
+    /// Tangent of the friction angle of all contacts, `tan φ`.
     pub tan_friction: Option<f64>,
     /// Damping as a fraction of critical.
     pub damping: Option<f64>,
 }
 
 impl ContactProperties {
-    /// Damping of contacts, of failed pairs and of the blocks around them, as a fraction of critical.
+    /// Damping of contacts, of failed pairs and of the blocks around them, as a fraction of
+    /// critical.
     pub fn damping_ratio(&self) -> f64 {
         self.damping.unwrap_or(DAMPING)
     }

@@ -1,14 +1,14 @@
-//! Storage of nodes.
+//! Storage locations of nodes.
 
 use super::Geometry;
 use super::pack::Packs;
 
-/// Storage of a node: the order sorts by pack, place and lane.
+/// Storage location of a node. The order is by pack, index and lane.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct NodeSlot {
     /// Number of the pack.
     pub pack: usize,
-    /// Place of the x component in a nodal field.
+    /// Index of the x component in a nodal field.
     pub at: u32,
     /// Lane in the pack.
     pub lane: u8,
@@ -21,7 +21,7 @@ impl NodeSlot {
         self.lane.into()
     }
 
-    /// Places of the three components in a nodal field.
+    /// Indices of the three components in a nodal field.
     #[inline]
     pub fn components(self) -> [usize; 3] {
         [0, 1, 2].map(|c| self.at as usize + c)
@@ -35,7 +35,7 @@ impl NodeSlot {
 }
 
 impl Packs {
-    /// Storage of a node, by its number.
+    /// Storage location of a node, by its number.
     #[inline]
     pub fn node_slot(&self, geometry: &Geometry, node: usize) -> NodeSlot {
         let block = geometry.block_of(node);

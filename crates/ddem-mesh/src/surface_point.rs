@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::Topology;
 use ddem_mechanics::collide::{FaceId, weights};
 
-/// A point of a face of a block, fixed to it: an element of the face and bilinear coordinates there.
+/// Point of a face, fixed to its block: an element of the face and bilinear coordinates in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SurfacePoint {
     /// Element along the next two directions, cyclically.
@@ -20,7 +20,7 @@ impl SurfacePoint {
         Self { element: element.map(|i| i as u16), on: on.map(|x| x as f32) }
     }
 
-    /// Nodes that make the point, numbered as in the block, and their weights.
+    /// Nodes of the element that contains the point, numbered as in the block, and their weights.
     #[inline(always)]
     pub fn weights(&self, topology: Topology, face: FaceId) -> [(usize, f64); 4] {
         let nodes = topology.quad(face, self.element.map(usize::from));

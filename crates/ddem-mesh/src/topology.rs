@@ -4,8 +4,9 @@ use std::ops::RangeInclusive;
 
 use ddem_mechanics::collide::FaceId;
 
-/// Numbering of nodes, elements and faces that blocks share which are divided alike: hexahedra in rows along three
-/// edges. Steps count along the edges, the first of which runs fastest in all numbers.
+/// Numbering of nodes, elements and faces, shared by blocks with equal divisions. Elements are
+/// hexahedra in rows along three edges. Steps count along the edges; the first edge runs fastest in
+/// all numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Topology {
     divisions: usize,
@@ -40,7 +41,7 @@ impl Topology {
         self.divisions.pow(3)
     }
 
-    /// Number of the node at some steps.
+    /// Number of the node at the given steps.
     #[inline]
     #[must_use]
     pub fn node(self, at: [usize; 3]) -> usize {
@@ -48,7 +49,7 @@ impl Topology {
         at[0] + n * (at[1] + n * at[2])
     }
 
-    /// Steps of a node.
+    /// Steps of a node along the edges.
     #[inline]
     #[must_use]
     pub fn steps(self, node: usize) -> [usize; 3] {
@@ -56,7 +57,7 @@ impl Topology {
         [node % n, node / n % n, node / (n * n)]
     }
 
-    /// Number of the element at some steps.
+    /// Number of the element at the given steps.
     #[inline]
     #[must_use]
     pub fn element(self, at: [usize; 3]) -> usize {
@@ -64,7 +65,7 @@ impl Topology {
         at[0] + n * (at[1] + n * at[2])
     }
 
-    /// Steps of an element.
+    /// Steps of an element along the edges.
     #[inline]
     #[must_use]
     pub fn element_steps(self, element: usize) -> [usize; 3] {
@@ -72,7 +73,7 @@ impl Topology {
         [element % n, element / n % n, element / (n * n)]
     }
 
-    /// Nodes of an element, VTK order.
+    /// Nodes of an element in VTK order.
     #[inline]
     #[must_use]
     pub fn hex(self, element: usize) -> [usize; 8] {
@@ -84,7 +85,7 @@ impl Topology {
         })
     }
 
-    /// Elements that have a node.
+    /// Elements that contain a node.
     #[inline]
     pub fn elements_at(self, node: usize) -> impl Iterator<Item = usize> {
         let at = self.steps(node);
@@ -103,7 +104,7 @@ impl Topology {
         std::array::from_fn(|k| [(k & 1) * n, (k >> 1 & 1) * n, (k >> 2) * n])
     }
 
-    /// Steps of a node of a face, by its steps along the next two directions.
+    /// Steps of a node of a face, from its steps along the next two directions.
     #[inline]
     #[must_use]
     pub fn on_face(self, face: FaceId, [i, k]: [usize; 2]) -> [usize; 3] {
@@ -114,7 +115,7 @@ impl Topology {
         at
     }
 
-    /// Nodes of an element of a face, around it, by its steps along the next two directions.
+    /// Nodes around an element of a face, from its steps along the next two directions.
     #[inline(always)]
     #[must_use]
     pub fn quad(self, face: FaceId, [i, k]: [usize; 2]) -> [usize; 4] {
@@ -126,14 +127,14 @@ impl Topology {
         [first, first + next, first + next + last, first + last]
     }
 
-    /// True where the node at some steps is on a face.
+    /// True if the node at the given steps lies on a face.
     #[inline]
     #[must_use]
     pub fn is_on(self, face: FaceId, at: [usize; 3]) -> bool {
         at[face.direction] == if face.upper { self.divisions } else { 0 }
     }
 
-    /// Elements of a face that have one of its nodes, given by its steps.
+    /// Number of elements of a face that contain one of its nodes, given by its steps.
     #[inline]
     #[must_use]
     pub fn quads_at(self, face: FaceId, at: [usize; 3]) -> usize {

@@ -1,9 +1,9 @@
-//! Contact geometry of two blocks: distance and features, overlap of faces, closest points of two edges. Formulas of
-//! two parallelepipeds; no mesh, no search.
+//! Contact geometry of two blocks: distance and features, overlap of faces, closest points of two
+//! edges. These are formulas of two parallelepipeds, without mesh or search.
 //!
-//! Nothing here allocates, and nothing depends on more than the numbers given: of answers that are
-//! equally good the first in a fixed order is taken. Degenerate cells, faces and edges have answers
-//! too: an area of zero, some point of the edge.
+//! Nothing here allocates. Results depend on the given numbers alone: of equally good answers the
+//! first in a fixed order is taken. Degenerate cells, faces and edges have results too: an area of
+//! zero, some point of the edge.
 
 mod edges;
 mod overlap;

@@ -1,66 +1,66 @@
-//! The part of a quadrilateral that lies over another one, in the plane, with points and areas to
-//! sum over it.
+//! Part of a quadrilateral that lies over another one in the plane, with points and areas for sums
+//! over it.
 
 #[cfg(test)]
 mod tests;
 
-/// A point of the plane `[m]`.
+/// Point of the plane `[m]`.
 type Point = [f64; 2];
 
-/// A vertex of the part of a quadrilateral that lies over an outline.
+/// Vertex of the part of a quadrilateral that lies over an outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vertex {
-    /// In the plane `[m]`.
+    /// Position in the plane `[m]`.
     pub at: Point,
     /// Bilinear coordinates in the quadrilateral, each in [0, 1].
     pub on: [f64; 2],
-    /// Area that it stands for `[m²]`.
+    /// Share of the area `[m²]`.
     pub area: f64,
 }
 
-/// Vertices that two convex quadrilaterals can have in common.
+/// Largest number of vertices of the intersection of two convex quadrilaterals.
 const MOST: usize = 8;
 
-/// A convex polygon.
+/// Convex polygon.
 #[derive(Clone, Copy, Debug)]
 pub struct Polygon {
     vertices: [Vertex; MOST],
     len: usize,
 }
 
-/// One side of an outline.
+/// Side of an outline.
 #[derive(Clone, Copy)]
 struct OutlineSide {
     from: Point,
-    /// Inwards, as long as the side.
+    /// Inward normal, as long as the side.
     inward: Point,
-    /// Tolerance times its length.
+    /// Tolerance times the length of the side.
     slack: f64,
 }
 
-/// Parts of the size: vertices this close are one;
+/// Distance within which vertices are merged, as a fraction of the size.
 const SAME: f64 = 1e-9;
-/// this far out is still inside, so that faces of one size that lie on each other are not cut by
-/// rounding.
+/// Distance by which a point may lie outside and still count as inside, as a fraction of the size.
+/// Without it rounding would cut faces of equal size that lie on each other.
 const OUTSIDE: f64 = 1e-10;
-/// Part of the squared size that is no area.
+/// Area that counts as zero, as a fraction of the squared size.
 const NO_AREA: f64 = 1e-13;
-/// Part of the size by which a quadrilateral that is no parallelogram is one, and by which bilinear
-/// coordinates may be off.
+/// Tolerance as a fraction of the size: of the deviation from a parallelogram, and of a point whose
+/// bilinear coordinates are computed.
 const EXACT: f64 = 1e-13;
 
 impl Polygon {
     const EMPTY: Self =
         Self { vertices: [Vertex { at: [0.0; 2], on: [0.0; 2], area: 0.0 }; MOST], len: 0 };
 
-    /// Its vertices around it, in the order of the quadrilateral.
+    /// Vertices around the polygon, in the order of the quadrilateral.
     #[inline(always)]
     pub fn as_slice(&self) -> &[Vertex] {
         &self.vertices[..self.len]
     }
 
-    /// Its corners, and points inside, with areas that sum quadratic functions exactly: of a triangle
-    /// 1/12 at the corners and 3/4 at the centroid.
+    /// Corners and inner points whose areas integrate quadratic functions exactly. Each triangle
+    /// gives 1/12 of its area to each corner and 3/4 to its centroid.
     pub fn squares(&self) -> (Vec<Vertex>, Vec<Vertex>) {
         let mut corners: Vec<Vertex> =
             self.as_slice().iter().map(|vertex| Vertex { area: 0.0, ..*vertex }).collect();
@@ -78,13 +78,13 @@ impl Polygon {
         (corners, inside)
     }
 
-    /// Its area `[m²]`.
+    /// Area `[m²]`.
     #[cfg(test)]
     pub(super) fn area(&self) -> f64 {
         self.as_slice().iter().map(|vertex| vertex.area).sum()
     }
 
-    /// A quadrilateral that is not cut yet.
+    /// Quadrilateral before any cut.
     #[inline(always)]
     fn whole(quad: &[Point; 4]) -> Self {
         let mut polygon = Self::EMPTY;
@@ -95,7 +95,7 @@ impl Polygon {
         polygon
     }
 
-    /// Nothing is added to a full one: only quadrilaterals that are not convex would need it.
+    /// Adds a vertex. A full polygon ignores it, which only a nonconvex quadrilateral can cause.
     #[inline(always)]
     fn push(&mut self, vertex: Vertex) {
         if let Some(free) = self.vertices.get_mut(self.len) {
@@ -104,7 +104,7 @@ impl Polygon {
         }
     }
 
-    /// Leaves what of it is inside a side in another one.
+    /// Stores the part inside a side in `kept`.
     #[inline(always)]
     fn cut(&self, side: &OutlineSide, kept: &mut Self) {
         kept.len = 0;
@@ -124,7 +124,7 @@ impl Polygon {
         }
     }
 
-    /// One vertex for those that are as good as one.
+    /// Merges vertices that are closer than `same`.
     #[inline(always)]
     fn merge(&mut self, same: f64) {
         let apart = |a: Point, b: Point| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) > same;
@@ -141,9 +141,9 @@ impl Polygon {
         self.len = len;
     }
 
-    /// Gives the vertices their areas: half of the triangles on either side that they make with the
-    /// centroid. Sums of linear functions are then exact, and vertices that part or become one
-    /// change no sum. A polygon without area becomes empty.
+    /// Sets the areas of the vertices: half of the two adjacent triangles with the centroid. Sums
+    /// of linear functions are then exact, and they do not jump when vertices split or merge. A
+    /// polygon without area becomes empty.
     #[inline(always)]
     fn share(&mut self, no_area: f64) {
         let len = self.len;
@@ -151,7 +151,7 @@ impl Polygon {
             self.len = 0;
             return;
         }
-        // Relative to a vertex, so that a small polygon far from the origin has exact areas.
+        // Relative to a vertex, so that the area of a small polygon far from the origin is exact.
         let origin = self.vertices[0].at;
         let (mut twice, mut first) = (0.0, [0.0; 2]);
         for i in 1..len - 1 {
@@ -182,7 +182,7 @@ impl Polygon {
 }
 
 impl OutlineSide {
-    /// Height over the side, times its length.
+    /// Height over the side, times the length of the side.
     #[inline(always)]
     fn height(&self, at: Point) -> f64 {
         let from = minus(at, self.from);
@@ -190,7 +190,7 @@ impl OutlineSide {
     }
 }
 
-/// The vertex where the line between one inside and one outside crosses a side.
+/// Vertex at which the line from an inside to an outside vertex crosses a side.
 #[inline(always)]
 fn crossing(inside: &Vertex, outside: &Vertex, height: f64, below: f64) -> Vertex {
     let t = (height / (height - below)).max(0.0);
@@ -208,15 +208,16 @@ fn cross(a: Point, b: Point) -> f64 {
     a[0] * b[1] - a[1] * b[0]
 }
 
-/// The sum of the absolute components of the diagonals.
+/// Sum of the absolute components of the diagonals.
 #[inline(always)]
 fn size(quad: &[Point; 4]) -> f64 {
     let (u, v) = (minus(quad[2], quad[0]), minus(quad[3], quad[1]));
     u[0].abs() + u[1].abs() + v[0].abs() + v[1].abs()
 }
 
-/// Part of a convex quadrilateral inside a convex outline, corners around either in either sense.
-/// Those of the quadrilateral are at (0, 0), (1, 0), (1, 1), (0, 1) of its bilinear coordinates.
+/// Part of a convex quadrilateral inside a convex outline. The corners of both may run in either
+/// sense. Those of the quadrilateral are at (0, 0), (1, 0), (1, 1), (0, 1) of its bilinear
+/// coordinates.
 pub fn overlap(quad: &[Point; 4], outline: &[Point; 4]) -> Polygon {
     let size = size(quad);
     let Some(sides) = sides(outline, size) else { return Polygon::EMPTY };
@@ -244,7 +245,7 @@ pub fn overlap(quad: &[Point; 4], outline: &[Point; 4]) -> Polygon {
     polygon
 }
 
-/// The sides of an outline; none if it has no area.
+/// Sides of an outline; `None` if it has no area.
 #[inline(always)]
 fn sides(outline: &[Point; 4], of_quad: f64) -> Option<[OutlineSide; 4]> {
     let twice = cross(minus(outline[2], outline[0]), minus(outline[3], outline[1]));
@@ -259,8 +260,8 @@ fn sides(outline: &[Point; 4], of_quad: f64) -> Option<[OutlineSide; 4]> {
     })
 }
 
-/// Corrects the bilinear coordinates of corners of the outline in a quadrilateral that is no
-/// parallelogram: between points of its edges they are not linear.
+/// Corrects the bilinear coordinates of outline corners in a quadrilateral that is not a
+/// parallelogram. There they are not linear between points of its edges.
 #[inline(always)]
 fn locate(polygon: &mut Polygon, quad: &[Point; 4], size: f64) {
     let map = Bilinear::new(quad);
@@ -278,13 +279,13 @@ fn locate(polygon: &mut Polygon, quad: &[Point; 4], size: f64) {
 /// Bilinear coordinates of the corners.
 const CORNERS: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
 
-/// The map from bilinear coordinates to a quadrilateral: corner + ξ·along + η·up + ξη·warp.
+/// Map from bilinear coordinates to a quadrilateral: corner + ξ·along + η·up + ξη·warp.
 struct Bilinear {
     corner: Point,
     along: Point,
     up: Point,
     warp: Point,
-    /// Tolerance of a point.
+    /// Tolerance of a point `[m]`.
     exact: f64,
 }
 
@@ -326,11 +327,11 @@ impl Bilinear {
     }
 }
 
-/// Of Newton's method; two or three do for the faces of blocks.
+/// Largest number of Newton steps; the faces of blocks need two or three.
 const MOST_STEPS: usize = 6;
 
-/// Bilinear coordinates of a point in a convex quadrilateral, or a little outside: each is kept in
-/// [−0.5, 1.5].
+/// Bilinear coordinates of a point in a convex quadrilateral, or slightly outside. Each coordinate
+/// is limited to [−0.5, 1.5].
 pub fn bilinear(quad: &[Point; 4], at: Point) -> [f64; 2] {
     // The first step from the middle is the affine map.
     Bilinear::new(quad).invert(at, [0.5; 2])

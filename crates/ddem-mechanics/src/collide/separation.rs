@@ -1,72 +1,73 @@
-//! Distance of two parallelepipeds, its direction and the features in contact: separating axes.
+//! Distance of two parallelepipeds, its direction and the features in contact, by separating axes.
 //!
-//! Two convex bodies overlap by at least the distance along any axis. For parallelepipeds the
-//! largest of these distances is along a normal of one of their faces or across one edge of each.
+//! The distance of two convex shapes is at least their distance along any axis. For overlapping
+//! parallelepipeds the largest of these distances is along a face normal or along the cross product
+//! of an edge of each.
 
 use nalgebra::Vector3;
 
-/// A parallelepiped.
+/// Parallelepiped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parallelepiped {
-    /// Its centre `[m]`.
+    /// Centre `[m]`.
     pub centre: Vector3<f64>,
-    /// Half of its edges, right-handed `[m]`.
+    /// Half edge vectors `[m]`.
     pub half: [Vector3<f64>; 3],
 }
 
-/// A face of a cell.
+/// Face of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct FaceId {
-    /// The edge that it lies across.
+    /// Edge direction that the face lies across.
     pub direction: usize,
-    /// At the upper end of that edge.
+    /// True at the upper end of that edge.
     pub upper: bool,
 }
 
 impl FaceId {
-    /// All six faces, by their numbers.
+    /// All six faces in the order of their numbers.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..6).map(Self::from_number)
     }
 
-    /// −1 at the lower end of the edge, +1 at the upper one.
+    /// Side of the face: −1 at the lower end of the edge, +1 at the upper end.
     pub fn side(self) -> i32 {
         if self.upper { 1 } else { -1 }
     }
 
-    /// Twice the direction, plus one at the upper side.
+    /// Number of the face: twice the direction, plus one at the upper side.
     pub fn number(self) -> u8 {
         2 * self.direction as u8 + u8::from(self.upper)
     }
 
-    /// The face with a number.
+    /// Face with a number.
     pub fn from_number(number: u8) -> Self {
         Self { direction: usize::from(number / 2), upper: number % 2 == 1 }
     }
 }
 
-/// An edge of a cell.
+/// Edge of a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EdgeId {
-    /// The edge that it lies along.
+    /// Direction of the edge.
     pub direction: usize,
-    /// At the upper ends of the next two, cyclically.
+    /// True at the upper end along the next direction and along the one after it, cyclically.
     pub upper: [bool; 2],
 }
 
 /// Features of two parallelepipeds in contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ContactFeature {
-    /// A face of one and whatever the other has there.
+    /// A face of one cell against any feature of the other.
     Face {
-        /// The cell that the face is of: 0, a; 1, b.
+        /// Cell that owns the face: 0 is a, 1 is b.
         of: usize,
-        /// Its face towards the other cell.
+        /// Face of that cell towards the other cell.
         face: FaceId,
-        /// The other cell's face that looks most against it.
+        /// Face of the other cell that points most against it.
         other: FaceId,
     },
-    /// An edge of a and one of b, crossed.
+    /// An edge of a and an edge of b that cross.
     Edges([EdgeId; 2]),
 }
 
@@ -75,7 +76,7 @@ pub enum ContactFeature {
 pub struct Separation {
     /// Distance along the normal, negative where they overlap `[m]`.
     pub distance: f64,
-    /// By how much the distance along normals of faces in other directions is smaller `[m]`.
+    /// Distance minus the largest distance along face normals in other directions `[m]`.
     pub margin: f64,
     /// Unit vector from a to b.
     pub normal: Vector3<f64>,
@@ -83,26 +84,26 @@ pub struct Separation {
     pub meeting: ContactFeature,
 }
 
-/// Axes that are equal but for this part of the size are tried in a fixed order.
+/// Distance, as a fraction of the size, within which axes count as equal and a fixed order decides.
 const EQUAL: f64 = 1e-9;
-/// Cosine of 10°, the angle to the face below which crossed edges are left to the face: what of it
-/// lies over the other then has the crossing in it.
+/// Cosine of 10°. Crossed edges whose axis is closer to the face normal are left to the face,
+/// because the overlap with the face then contains the crossing.
 const NEAR_FACE: f64 = 0.984_807_753_012_208;
-/// Square of the sine below which edges are parallel, and have no axis across them.
+/// Square of the sine below which edges are parallel and have no common normal.
 const PARALLEL: f64 = 1e-4;
-/// Relative area below which a face of two edges has no normal.
+/// Relative area below which the face of two edges has no normal.
 const FLAT: f64 = 1e-24;
 
-/// A cell and what its axes need.
+/// Cell with the quantities that its axes need.
 struct Faces<'a> {
     half: &'a [Vector3<f64>; 3],
-    /// Normals, as long as a quarter of the face is large.
+    /// Face normals with the length of a quarter of the face area.
     areas: [Vector3<f64>; 3],
-    /// One over their lengths; 0 where there is no normal.
+    /// Inverse lengths of the normals; 0 without a normal.
     inverse: [f64; 3],
-    /// Squared lengths of the halves.
+    /// Squared lengths of the half edges.
     squares: [f64; 3],
-    /// True if the normals are those of the upper faces: the edges are right-handed.
+    /// True if the normals point out of the upper faces, that is, if the edges are right-handed.
     right: bool,
 }
 
@@ -120,8 +121,8 @@ impl<'a> Faces<'a> {
         Self { half, areas, inverse, squares, right: areas[2].dot(z) >= 0.0 }
     }
 
-    /// Distances along the three normals to another cell, whose halves have the products `across`
-    /// with them; minus infinity where there is no normal.
+    /// Distances to another cell along the three normals. `across` are the products of the normals
+    /// with the half edges of the other cell. Minus infinity without a normal.
     #[inline(always)]
     fn distances(&self, apart: &Vector3<f64>, across: &[[f64; 3]; 3]) -> [f64; 3] {
         [0, 1, 2].map(|d| {
@@ -132,7 +133,7 @@ impl<'a> Faces<'a> {
         })
     }
 
-    /// The face that looks most along a unit vector.
+    /// Face whose normal points most along a unit vector.
     #[inline(always)]
     fn along(&self, axis: &Vector3<f64>) -> FaceId {
         let (mut most, mut face) = (f64::NEG_INFINITY, FaceId { direction: 0, upper: true });
@@ -146,7 +147,7 @@ impl<'a> Faces<'a> {
         face
     }
 
-    /// The edge along a direction that is farthest along an axis.
+    /// Edge along a direction that lies farthest along an axis.
     #[inline(always)]
     fn edge(&self, direction: usize, axis: &Vector3<f64>) -> EdgeId {
         let upper = [1, 2].map(|next| self.half[(direction + next) % 3].dot(axis) > 0.0);
@@ -154,14 +155,14 @@ impl<'a> Faces<'a> {
     }
 }
 
-/// Products of normals with the halves of the other cell, of the first with all in the first row.
+/// Products of normals with the half edges of the other cell; one row for each normal.
 #[inline(always)]
 fn products(areas: &[Vector3<f64>; 3], half: &[Vector3<f64>; 3]) -> [[f64; 3]; 3] {
     areas.map(|area| half.map(|h| area.dot(&h)))
 }
 
-/// The axis of largest distance among the normals of the faces and those across the edges of two
-/// cells. Where they do not overlap, its distance is a lower bound of the true one.
+/// Axis of largest distance among face normals and cross products of the edges of two cells. If the
+/// cells do not overlap its distance is a lower bound of the true one.
 pub fn separation(a: &Parallelepiped, b: &Parallelepiped) -> Separation {
     let apart = b.centre - a.centre;
     let (of_a, of_b) = (Faces::new(&a.half), Faces::new(&b.half));
@@ -183,7 +184,7 @@ pub fn separation(a: &Parallelepiped, b: &Parallelepiped) -> Separation {
     let (one, other) = if of == 0 { (&of_a, &of_b) } else { (&of_b, &of_a) };
     let normal = towards(one.areas[direction] * one.inverse[direction], &apart);
 
-    // The best of the normals in other directions than a given one.
+    // Largest distance along normals in other directions than a given one.
     let second = |normal: &Vector3<f64>| {
         let mut second = f64::NEG_INFINITY;
         for (faces, distances) in [&of_a, &of_b].into_iter().zip(&distances) {
@@ -210,10 +211,10 @@ pub fn separation(a: &Parallelepiped, b: &Parallelepiped) -> Separation {
     Separation { distance: best, margin: best - second(&normal), normal, meeting }
 }
 
-/// The best axis across an edge of a and one of b: the distance, the axis from a to b, the directions of
-/// the edges. `None` if it does not beat the distance along the best normal of a face, or is close to
-/// it: then no other axis is better than the face, whose own distance may be that of a corner beside
-/// the other cell.
+/// Best axis across an edge of a and an edge of b: distance, axis from a to b, and directions of
+/// the edges. `None` if the best face normal gives at least the same distance, or if the axis is
+/// close to that normal. Then no other axis is better than the face, whose own distance may be that
+/// of a corner beside the other cell.
 #[inline(always)]
 fn crossed(
     [a, b]: [&Faces<'_>; 2],
@@ -229,14 +230,14 @@ fn crossed(
         let moment = apart.cross(&a.half[i]);
         for j in 0..3 {
             let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
-            // Products with the axis aᵢ × bⱼ: c·(aᵢ × bⱼ) is (c × aᵢ)·bⱼ, and those with the other
-            // halves are of bⱼ with normals of a and of aᵢ with normals of b, which are there.
+            // Products with the axis aᵢ × bⱼ: c·(aᵢ × bⱼ) is (c × aᵢ)·bⱼ. For the other half edges
+            // these are the known products of bⱼ with normals of a and of aᵢ with normals of b.
             let in_a = across[0][i1][j].abs() + across[0][i2][j].abs();
             let in_b = across[1][j1][i].abs() + across[1][j2][i].abs();
             let free = moment.dot(&b.half[j]).abs() - in_a - in_b;
             let (both, cosine) = (a.squares[i] * b.squares[j], a.half[i].dot(&b.half[j]));
             let square = both - cosine * cosine;
-            // Roots and quotients are for those that are about to win.
+            // Roots and quotients are computed only for axes that are likely to win.
             if free * free.abs() > beat * beat.abs() * square && square > PARALLEL * both {
                 let axis = a.half[i].cross(&b.half[j]);
                 let length = axis.norm();
@@ -252,13 +253,13 @@ fn crossed(
     found
 }
 
-/// The axis or its opposite, whichever points along the vector from a to b.
+/// Axis or its opposite, so that it points along the vector from a to b.
 #[inline(always)]
 fn towards(axis: Vector3<f64>, apart: &Vector3<f64>) -> Vector3<f64> {
     if axis.dot(apart) < 0.0 { -axis } else { axis }
 }
 
-/// For cells none of whose faces has a normal: along the line of their centres.
+/// Separation of cells without any face normal, along the line of their centres.
 #[cold]
 fn shapeless(a: &Parallelepiped, b: &Parallelepiped, apart: &Vector3<f64>) -> Separation {
     let normal = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
@@ -269,8 +270,8 @@ fn shapeless(a: &Parallelepiped, b: &Parallelepiped, apart: &Vector3<f64>) -> Se
     Separation { distance, margin: 0.0, normal, meeting }
 }
 
-/// Distance of two cells along a unit axis from a to b, negative where they overlap along it: a
-/// lower bound of their distance `[m]`.
+/// Distance of two cells along a unit axis from a to b `[m]`, negative if they overlap along it. It
+/// is a lower bound of their distance.
 pub(super) fn distance_along(a: &Parallelepiped, b: &Parallelepiped, axis: &Vector3<f64>) -> f64 {
     let half = |cell: &Parallelepiped| {
         let [x, y, z] = &cell.half;

@@ -9,7 +9,7 @@ use super::separation::{
 
 type Vec3 = Vector3<f64>;
 
-/// Numbers in [0, 1), always the same ones.
+/// Reproducible pseudorandom numbers in [0, 1).
 pub(super) struct Numbers(pub(super) u64);
 
 impl Numbers {
@@ -29,7 +29,7 @@ impl Numbers {
         Vec3::new(self.within(most), self.within(most), self.within(most))
     }
 
-    /// A box that is turned and sheared.
+    /// Rotated and sheared box.
     fn cell(&mut self, spread: f64) -> Parallelepiped {
         let turn = Rotation3::from_scaled_axis(self.vector(3.0));
         let half = [Vec3::x(), Vec3::y(), Vec3::z()]
@@ -84,7 +84,7 @@ fn aligned_cubes() {
 
 #[test]
 fn a_corner_over_a_face() {
-    // A turn that takes the diagonal of a cube to the vertical.
+    // Rotation of the diagonal of a cube to the vertical.
     let diagonal = Vec3::new(1.0, 1.0, 1.0);
     let turn = Rotation3::rotation_between(&diagonal, &Vec3::z()).unwrap_or_default();
     let height = 0.5 + 0.75_f64.sqrt();
@@ -122,7 +122,7 @@ fn faces_that_are_nearly_parallel_meet_as_faces() {
     assert!(matches!(found.meeting, ContactFeature::Face { .. }), "{found:?}");
 }
 
-/// Distance along the unit vector of an axis, with the corners one by one.
+/// Distance along the unit vector of an axis, from the corners of both cells.
 fn by_corners(a: &Parallelepiped, b: &Parallelepiped, axis: &Vec3) -> f64 {
     let axis = if axis.dot(&(b.centre - a.centre)) < 0.0 { -axis } else { *axis };
     let most = corners(a).map(|x| x.dot(&axis)).into_iter().fold(f64::MIN, f64::max);
@@ -136,7 +136,7 @@ fn corners(cell: &Parallelepiped) -> [Vec3; 8] {
         .map(|i| cell.centre + (0..3).map(|d| cell.half[d] * sign(i, d)).sum::<Vec3>())
 }
 
-/// Of the upper faces, outwards.
+/// Outward normals of the upper faces.
 fn normals(cell: &Parallelepiped) -> [Vec3; 3] {
     [0, 1, 2].map(|d| {
         let normal = cell.half[(d + 1) % 3].cross(&cell.half[(d + 2) % 3]).normalize();
@@ -144,8 +144,9 @@ fn normals(cell: &Parallelepiped) -> [Vec3; 3] {
     })
 }
 
-/// The largest distance along the axes that are asked for, and without the rules for edges. Where the
-/// best axis of all is across edges and close to that of the best face, the face's is asked for.
+/// Distance along the axis that `separation` must find, and largest distance along all axes,
+/// without the rules for edges. If the best axis across edges is close to the normal of the best
+/// face, the normal is the axis to find.
 fn by_axes(a: &Parallelepiped, b: &Parallelepiped) -> [f64; 2] {
     let (mut best, mut normal) = (f64::MIN, Vec3::zeros());
     for axis in normals(a).into_iter().chain(normals(b)) {
@@ -168,7 +169,7 @@ fn by_axes(a: &Parallelepiped, b: &Parallelepiped) -> [f64; 2] {
     [best, all]
 }
 
-/// The features in contact lie farthest along the normal.
+/// Checks that the features in contact lie farthest along the normal.
 fn check_meeting(a: &Parallelepiped, b: &Parallelepiped, found: &Separation) {
     let farthest = |cell: &Parallelepiped, axis: Vec3, at: Vec3| {
         let most = corners(cell).map(|x| x.dot(&axis)).into_iter().fold(f64::MIN, f64::max);
@@ -248,7 +249,7 @@ fn degenerate_cells_have_answers() {
                 );
             }
         }
-        // A left-handed cell is the same body.
+        // A left-handed cell has the same shape.
         let (found, other) = (separation(&all_a[0], &all_b[0]), separation(&all_a[6], &all_b[6]));
         assert!((found.distance - other.distance).abs() < 1e-8);
         check_meeting(&all_a[6], &all_b[6], &other);
@@ -263,12 +264,12 @@ fn degenerate_cells_have_answers() {
 fn closest_points_of_edges() {
     let v = |x: f64, y: f64, z: f64| Vec3::new(x, y, z);
     let a = [v(0.0, 0.0, 0.0), v(4.0, 0.0, 0.0)];
-    // Crossed; beyond an end of a; beyond an end of b; beyond one of each.
+    // Crossed; beyond an end of a; beyond an end of b; beyond an end of each.
     assert_eq!(nearest(a, [v(1.0, -1.0, 1.0), v(1.0, 3.0, 1.0)]), [0.25, 0.25]);
     assert_eq!(nearest(a, [v(5.0, -1.0, 1.0), v(5.0, 3.0, 1.0)]), [1.0, 0.25]);
     assert_eq!(nearest(a, [v(3.0, 1.0, 1.0), v(3.0, 3.0, 1.0)]), [0.75, 0.0]);
     assert_eq!(nearest(a, [v(-3.0, -1.0, 1.0), v(-3.0, -3.0, 1.0)]), [0.0, 0.0]);
-    // Parallel: the middle of what they share; one behind the other: the ends.
+    // Parallel edges: the middle of the common length; one behind the other: the ends.
     assert_eq!(nearest(a, [v(2.0, 1.0, 0.0), v(6.0, 1.0, 0.0)]), [0.75, 0.25]);
     assert_eq!(nearest(a, [v(6.0, 1.0, 0.0), v(2.0, 1.0, 0.0)]), [0.75, 0.75]);
     assert_eq!(nearest(a, [v(5.0, 1.0, 0.0), v(6.0, 1.0, 0.0)]), [1.0, 0.0]);

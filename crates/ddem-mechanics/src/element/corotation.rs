@@ -1,8 +1,9 @@
-//! §3: the rotation of a block, `F̄ = Σ w_i (x_i − x̄) X_iᵀ = R S`, and what its derivative adds.
+//! Rotation of a block, `F̄ = Σ w_i (x_i − x̄) X_iᵀ = R S`, and the forces due to its derivative
+//! (§3).
 //!
-//! Four blocks at a time. The weights are equal, `w_i = 1/N`, so that on a lattice of nodes
-//! `F̄ = J + Σ_d m_d h_dᵀ` with the edge vectors `h_d` of one element, the first moments
-//! `m_d = Σ w_i (i_d − n/2) u_i` and `J = Σ w_i X_i X_iᵀ = v Σ_d h_d h_dᵀ`, `v = n(n+2)/12`.
+//! All functions act on four blocks at a time. The weights are equal, `w_i = 1/N`. On a lattice of
+//! nodes `F̄ = J + Σ_d m_d h_dᵀ`, with the edge vectors `h_d` of one element and the first moments
+//! `m_d = Σ w_i (i_d − n/2) u_i`. Here `J = Σ w_i X_i X_iᵀ = v Σ_d h_d h_dᵀ` and `v = n(n+2)/12`.
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x4};
 
@@ -11,10 +12,10 @@ use crate::math::lanes::{
     symmetric_times, times, transpose, transposed_product, transposed_times,
 };
 
-/// The frame of four bodies.
+/// Frames of four blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
-    /// R, row by row.
+    /// Rotation R, row by row.
     pub rotation: [[Lanes; 3]; 3],
     /// Mean displacement ū.
     pub mean: [Lanes; 3],
@@ -23,7 +24,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// The frame of bodies that have not turned; `inverse` is not used then.
+    /// Frames of blocks that have not rotated; `inverse` is not used then.
     pub const REST: Self = {
         let (o, i) = (Lanes::ZERO, Lanes([1.0; 4]));
         Self { rotation: [[i, o, o], [o, i, o], [o, o, i]], mean: [o; 3], inverse: [o; 6] }
@@ -37,7 +38,7 @@ impl Frame {
     }
 }
 
-/// The frame of four bodies from the mean and the first moments of their displacements.
+/// Frames of four blocks from the mean and the first moments of their displacements.
 #[inline(always)]
 pub fn fit<S: Simd>(
     simd: S,
@@ -49,15 +50,16 @@ pub fn fit<S: Simd>(
     let n = divisions as f64;
     let spread = splat(simd, n * (n + 2.0) / 12.0);
     let h = [load(simd, &edges[0]), load(simd, &edges[1]), load(simd, &edges[2])];
-    // Columns v h_d + m_d: the deformed edges, from which the rotation is guessed.
+    // Columns v h_d + m_d: the deformed edges, which give the first guess of the rotation.
     let deformed = std::array::from_fn(|d| add(scale(h[d], spread), moments[d]));
     // F̄ = Σ_d deformed_d h_dᵀ.
     let f = transposed_product(&deformed, &h);
-    // Orthonormal frames of the deformed and of the reference edges: R₀ = E e ᵀ.
+    // Orthonormal frames of the deformed and of the reference edges: R₀ = E eᵀ.
     let (now, reference) = (orthonormal(simd, deformed), orthonormal(simd, h));
     let mut r = transposed_product(&now, &reference);
-    // M = RᵀF̄ = (δR) S: the axial vector of M − Mᵀ is (tr(S) 1 − S) θ. Cubic from a guess that
-    // is off by the strain: three corrections reach rounding for any strain that rock bears.
+    // M = RᵀF̄ = (δR) S: the axial vector of M − Mᵀ is (tr(S) 1 − S) θ. The error of the guess is
+    // of the order of the strain, and each correction cubes it. Three corrections reach rounding
+    // for any strain of rock.
     for _ in 0..3 {
         let m = transposed_product(&r, &f);
         let axial = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]];
@@ -82,7 +84,7 @@ fn trace_minus<S: Simd>(m: &Matrix<S>) -> [f64x4<S>; 6] {
     [yy + zz, zz + xx, xx + yy, xy, yz, zx]
 }
 
-/// Rows: the Gram–Schmidt frame of three vectors.
+/// Gram–Schmidt frame of three vectors, one vector in each row.
 #[inline(always)]
 fn orthonormal<S: Simd>(simd: S, v: [Vector<S>; 3]) -> Matrix<S> {
     let a = unit(simd, v[0]);
@@ -95,7 +97,7 @@ fn unit<S: Simd>(simd: S, v: Vector<S>) -> Vector<S> {
     scale(v, splat(simd, 1.0) / dot(v, v).sqrt())
 }
 
-/// The rotation of the quaternion (1, θ/2), normalised.
+/// Rotation of the quaternion (1, θ/2), normalised.
 #[inline(always)]
 fn small_rotation<S: Simd>(simd: S, theta: Vector<S>) -> Matrix<S> {
     let p = scale(theta, splat(simd, 0.5));
@@ -109,7 +111,7 @@ fn small_rotation<S: Simd>(simd: S, theta: Vector<S>) -> Matrix<S> {
     ]
 }
 
-/// `R − 1`, to rounding of itself: a small rotation loses nothing against 1.
+/// `R − 1`, accurate relative to its own size: small rotations lose no digits.
 ///
 /// Columns have length 1, so that `R_ii − 1 = −Σ_{k≠i} R_ki² / (1 + R_ii)`.
 #[inline(always)]
@@ -124,9 +126,9 @@ pub fn minus_one<S: Simd>(simd: S, r: &Matrix<S>) -> Matrix<S> {
     out
 }
 
-/// The rotation nearest to a sum of `count` rotations that are close to each other.
+/// Rotation nearest to a sum of `count` rotations that are close to each other.
 ///
-/// Newton–Schulz on their mean: off by θ² at first, then by its square, three times.
+/// Three Newton–Schulz steps act on their mean. Its error is θ² at first, and each step squares it.
 #[inline(always)]
 pub fn mean_rotation<S: Simd>(simd: S, sum: &Matrix<S>, count: f64) -> Matrix<S> {
     let share = splat(simd, 1.0 / count);
@@ -144,12 +146,13 @@ pub fn mean_rotation<S: Simd>(simd: S, sum: &Matrix<S>, count: f64) -> Matrix<S>
     r
 }
 
-/// The parts of a torque on a frame that its two bodies take, whose mean rotation it has: such that they
-/// do the work that turning the frame does, however much the bodies are turned against each other.
+/// Torques on two blocks that are equivalent to a torque on their frame of mean rotation. They do
+/// the same work as the torque on the frame, for any relative rotation of the blocks.
 ///
-/// With `Q_k = R_k Rᵀ` and `S = Σ Q_k` turning the bodies by `α_k` turns the frame by
-/// `(tr(S) 1 − S)⁻¹ Σ (tr(Q_k) 1 − Q_k) α_k`; for equal rotations that is half of each. Bodies that are turned upside down
-/// against each other, long after their joint has gone, have no mean rotation: where there is no torque, there are no parts.
+/// With `Q_k = R_k Rᵀ` and `S = Σ Q_k`, block rotations `α_k` rotate the frame by
+/// `(tr(S) 1 − S)⁻¹ Σ (tr(Q_k) 1 − Q_k) α_k`. For equal rotations that is half of each. Blocks that
+/// are rotated by π against each other, long after their joint has failed, have no mean rotation.
+/// Even then the torques are zero if the torque on the frame is zero.
 #[inline(always)]
 pub fn split_torque<S: Simd>(
     simd: S,
@@ -173,8 +176,9 @@ pub fn split_torque<S: Simd>(
     })
 }
 
-/// Nodal forces due to the derivative of R, `R (w X_i × q)` with `q = (tr(S) 1 − S)⁻¹ Rᵀ T` and T the residual torque:
-/// for a node at lattice steps `s_d` from the centre it is `Σ_d s_d c_d`. Returns `c_d`.
+/// Coefficients `c_d` of the nodal forces due to the derivative of R, `R (w X_i × q)` with
+/// `q = (tr(S) 1 − S)⁻¹ Rᵀ T`. T is the residual torque. A node at lattice steps `s_d` from the
+/// centre has the force `Σ_d s_d c_d`.
 #[inline(always)]
 pub fn torque_forces<S: Simd>(
     simd: S,

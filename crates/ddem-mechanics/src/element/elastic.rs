@@ -12,7 +12,7 @@ pub struct Elastic {
 }
 
 impl Elastic {
-    /// From density `[kg/m³]`, Young's modulus `[Pa]` and Poisson's ratio:
+    /// Constants from density `[kg/m³]`, Young's modulus `[Pa]` and Poisson's ratio:
     /// `λ = Eν/((1+ν)(1−2ν))`, `G = E/(2(1+ν))`.
     #[must_use]
     pub fn new(density: f64, young: f64, poisson: f64) -> Self {

@@ -1,6 +1,6 @@
-//! The hex8 element as the paper writes it, by 2×2×2 Gauss points.
+//! The hex8 element of the paper, integrated by 2×2×2 Gauss points.
 //!
-//! The tests' oracle; nothing in a run calls it.
+//! Reference for the tests; no run calls it.
 //!
 //! ```text
 //!        7-------6        node numbers: VTK order
@@ -27,7 +27,8 @@ pub const CORNERS: [[f64; 3]; 8] = [
     [-1.0, 1.0, 1.0],
 ];
 
-/// Stiffness of one element `[N/m]`, rows and columns node by node, x y z inside a node.
+/// Stiffness of one element `[N/m]`. Rows and columns are grouped by node, with x y z inside a
+/// node.
 pub type ElementStiffness = SMatrix<f64, 24, 24>;
 
 /// Shape functions `N_a = ⅛ (1+ξξ_a)(1+ηη_a)(1+ζζ_a)` at a reference point, shape `(8)`, eq. (4).
@@ -46,7 +47,7 @@ pub fn shape_derivatives(at: [f64; 3]) -> [[f64; 3]; 8] {
     })
 }
 
-/// The eight Gauss points; all weights are 1.
+/// Positions of the eight Gauss points; all weights are 1.
 #[must_use]
 pub fn gauss_points() -> [[f64; 3]; 8] {
     CORNERS.map(|s| s.map(|c| c / 3.0_f64.sqrt()))
@@ -58,8 +59,8 @@ fn jacobian(nodes: &[Point3<f64>; 8], at: [f64; 3]) -> Matrix3<f64> {
     nodes.iter().zip(dn).map(|(x, d)| x.coords * Vector3::from(d).transpose()).sum()
 }
 
-/// Strain matrix B for strains xx yy zz xy yz zx (engineering shears) at a reference point, and
-/// the Jacobian's determinant, shape `(6, 24)`, eq. (6).
+/// Strain matrix B for strains xx yy zz xy yz zx (engineering shears), shape `(6, 24)`, eq. (6),
+/// and the determinant of the Jacobian, both at a reference point.
 #[doc(alias = "eq 6")]
 #[must_use]
 pub fn strain_matrix(nodes: &[Point3<f64>; 8], at: [f64; 3]) -> (SMatrix<f64, 6, 24>, f64) {
@@ -104,7 +105,7 @@ pub fn lumped_mass(nodes: &[Point3<f64>; 8], density: f64) -> [f64; 8] {
     let mut mass = [0.0; 8];
     for q in gauss_points() {
         let volume = jacobian(nodes, q).determinant();
-        // Σ_b N_a N_b = N_a: the row sum of the consistent mass.
+        // Σ_b N_a N_b = N_a gives the row sum of the consistent mass.
         for (m, n) in mass.iter_mut().zip(shape(q)) {
             *m += density * n * volume;
         }

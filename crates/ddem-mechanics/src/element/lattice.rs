@@ -1,9 +1,10 @@
-//! The internal force of a lattice of equal elements, four lattices at a time.
+//! Internal force of a lattice of equal elements, four lattices at a time.
 //!
-//! A body is n×n×n elements, a face joint n×n×1, a strip n×1×1, a corner 1×1×1: one kernel. Each
-//! plane of nodes is taken to its modes in (ξ, η) once and serves the two layers of elements at
-//! its sides; a layer is sums and differences of two planes, the products of [`ElementTable`], and the
-//! transposed sums and differences; each plane is taken back to its nodes once.
+//! One kernel serves a block of n×n×n elements, a face joint n×n×1, a strip n×1×1 and a corner
+//! 1×1×1. Each plane of nodes is transformed to its modes in (ξ, η) once and serves the two
+//! adjacent layers of elements. A layer takes sums and differences of two planes, the products of
+//! [`ElementTable`], and the transposed sums and differences. Each plane is transformed back to its
+//! nodes once.
 
 use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
@@ -11,7 +12,7 @@ use fearless_simd_macros::simd;
 use super::table::{BoxTable, ElementTable, ObliqueTable};
 use crate::math::lanes::{Lanes, load, splat, symmetric_times};
 
-/// Working space of [`force`] for one task.
+/// Workspace of [`force`] for one task.
 #[derive(Debug, Default)]
 pub struct Planes {
     /// Sums and differences along ξ of each row of one plane.
@@ -36,8 +37,8 @@ impl Planes {
     }
 }
 
-/// `g = K u` of four lattices of `dims` elements. `u` and `g`: nodes with x fastest, three
-/// components a node, shape `((nx+1)(ny+1)(nz+1), 3)`.
+/// Computes `g = K u` of four lattices of `dims` elements. `u` and `g` hold three components a
+/// node, with nodes x fastest: shape `((nx+1)(ny+1)(nz+1), 3)`.
 pub fn force<S: Simd>(
     simd: S,
     dims: [usize; 3],
@@ -53,8 +54,8 @@ pub fn force<S: Simd>(
     }
 }
 
-/// [`force`] of the elements that are left: `alive` is 1 for those and 0 for the others, by element
-/// (x fastest) and lattice.
+/// Computes [`force`] of the elements that are left. `alive` is 1 for these and 0 for the others,
+/// by element (x fastest) and lattice.
 pub fn force_left<S: Simd>(
     simd: S,
     dims: [usize; 3],
@@ -131,7 +132,7 @@ fn force_oblique_left<S: Simd>(
     });
 }
 
-/// Nodal values of an element, zero if it has failed.
+/// Nodal values of an element; zero if it has failed.
 #[inline(always)]
 fn left<S: Simd>(simd: S, column: &ColumnNodes, alive: Lanes) -> ColumnNodes {
     let alive = alive.load(simd);
@@ -180,7 +181,7 @@ fn sweep<S: Simd>(
     to_nodes(simd, [nx, ny], f_lower, rows, &mut g[last]);
 }
 
-/// One plane of nodes to the modes (1, ξ, η, ξη) of its element columns.
+/// Transforms one plane of nodes to the modes (1, ξ, η, ξη) of its element columns.
 #[inline(always)]
 fn to_modes<S: Simd>(
     simd: S,
@@ -213,7 +214,7 @@ fn to_modes<S: Simd>(
     }
 }
 
-/// The transpose of [`to_modes`]: modal forces of the element columns to nodal forces.
+/// Transforms modal forces of the element columns to nodal forces: the transpose of [`to_modes`].
 #[inline(always)]
 fn to_nodes<S: Simd>(
     simd: S,
@@ -250,7 +251,7 @@ fn to_nodes<S: Simd>(
     }
 }
 
-/// Part of sums and differences at the lower node: first half minus second.
+/// Contribution of sums and differences to the lower node: first half minus second.
 #[inline(always)]
 fn lower_half<S: Simd, const N: usize, const M: usize>(simd: S, m: &[Lanes; N]) -> [Lanes; M] {
     let mut out = [Lanes::ZERO; M];
@@ -260,7 +261,7 @@ fn lower_half<S: Simd, const N: usize, const M: usize>(simd: S, m: &[Lanes; N]) 
     out
 }
 
-/// Part of sums and differences at the upper node: first half plus second.
+/// Contribution of sums and differences to the upper node: first half plus second.
 #[inline(always)]
 fn upper_half<S: Simd, const N: usize, const M: usize>(simd: S, m: &[Lanes; N]) -> [Lanes; M] {
     let mut out = [Lanes::ZERO; M];
@@ -279,7 +280,7 @@ fn plus<S: Simd, const M: usize>(simd: S, a: [Lanes; M], b: [Lanes; M]) -> [Lane
     out
 }
 
-/// Sums and differences of two planes: amplitudes of the modes without and with ζ.
+/// Sums and differences of two planes: amplitudes of the modes without ζ and with ζ.
 #[inline(always)]
 fn amplitudes<S: Simd>(
     simd: S,
@@ -294,7 +295,8 @@ fn amplitudes<S: Simd>(
     (sum, difference)
 }
 
-/// The transpose of [`amplitudes`]; the mode 000 carries no force.
+/// Adds modal forces to the lower plane and sets those of the upper plane: the transpose of
+/// [`amplitudes`]. The mode 000 carries no force.
 #[inline(always)]
 fn give<S: Simd>(
     simd: S,
@@ -327,7 +329,7 @@ fn three<S: Simd>(simd: S, m: &[Lanes; 6], v: [f64x4<S>; 3]) -> [f64x4<S>; 3] {
     symmetric_times([xx, yy, zz, xy, yz, zx], v)
 }
 
-/// 45 products.
+/// Computes the modal forces of a box element with 45 products.
 #[inline(always)]
 fn box_element<S: Simd>(
     simd: S,
@@ -337,7 +339,7 @@ fn box_element<S: Simd>(
     f_lower: &mut ColumnNodes,
     f_upper: &mut ColumnNodes,
 ) {
-    // Columns hold (1, ξ, η, ξη) × (x, y, z): s without ζ, d with it.
+    // Columns hold (1, ξ, η, ξη) × (x, y, z): s without ζ, d with ζ.
     let (s, d) = amplitudes(simd, lower, upper);
     let [nx, ny, nz] = three(simd, &table.normal, [s[3], s[7], d[2]]);
     let [xy_y, xy_x] = two(simd, &table.shear[0], s[4], s[6]);
@@ -371,7 +373,7 @@ fn square<S: Simd, const N: usize>(
     out
 }
 
-/// 171 products.
+/// Computes the modal forces of an oblique element with 171 products.
 #[inline(always)]
 fn oblique_element<S: Simd>(
     simd: S,

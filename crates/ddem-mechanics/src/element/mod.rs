@@ -1,8 +1,8 @@
-//! §2–3: formulas of one element. No model, no mesh.
+//! Formulas of one element (§2–3), independent of model and mesh.
 //!
-//! [`hex8`] is the text of the paper by Gauss points, and the oracle of the tests; [`modal`] is
-//! the same stiffness in the form that every loop runs; `lattice` applies it to a lattice of
-//! equal elements, four lattices at a time.
+//! [`hex8`] is the element of the paper by Gauss points, the reference of the tests. [`modal`] is
+//! the same stiffness in the form that every loop uses. `lattice` applies it to a lattice of equal
+//! elements, four lattices at a time.
 
 pub mod elastic;
 pub mod hex8;

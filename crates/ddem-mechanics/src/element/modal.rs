@@ -1,18 +1,19 @@
-//! The stiffness of an affine hex8 element in its modal basis: the same numbers as
-//! [`hex8::stiffness`](super::hex8::stiffness), 45 of them for a box and 171 for any
+//! Stiffness of an affine hex8 element in its modal basis. It has the same values as
+//! [`hex8::stiffness`](super::hex8::stiffness) with 45 numbers for a box and 171 for any
 //! parallelepiped.
 //!
 //! One displacement component is `u_i = Σ_m a_i^m ξ^{m1} η^{m2} ζ^{m3}` with eight modes
-//! m ∈ {0,1}³, written here as the bits of a number: 1 = ξ, 2 = η, 4 = ζ, 3 = ξη, 5 = ξζ, 6 = ηζ,
-//! 7 = ξηζ. On a constant Jacobian the monomials are orthogonal, so that the stiffness falls apart:
+//! m ∈ {0,1}³. They are written here as the bits of a number: 1 = ξ, 2 = η, 4 = ζ, 3 = ξη, 5 = ξζ,
+//! 6 = ηζ, 7 = ξηζ. With a constant Jacobian the monomials are orthogonal, so that the stiffness
+//! decouples:
 //!
-//! | group | amplitudes | what |
+//! | group | amplitudes | stiffness |
 //! |---|---|---|
 //! | strain | (i, α): component i, mode ξ_α | constant strain, 9×9 |
 //! | bend | (m, i): modes ξη, ξζ, ηζ | bending and twisting, 9×9 |
 //! | hour | i: mode ξηζ | 3×3 |
 //!
-//! The `1/64` of the two transforms `a = ⅛ H u`, `f = ⅛ Hᵀ r` is in the numbers.
+//! The numbers include the `1/64` of the two transforms `a = ⅛ H u`, `f = ⅛ Hᵀ r`.
 
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
@@ -20,22 +21,23 @@ use super::Elastic;
 use super::ElementKind;
 use super::hex8::{CORNERS, ElementStiffness};
 
-/// The three modes with two ones, in the order of the bend group.
+/// Modes with two ones, in the order of the bend group.
 pub(super) const BEND: [usize; 3] = [3, 5, 6];
 
 /// Modal stiffness of one element `[N/m]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modal {
-    /// Rows and columns `3 i + α`: component i of mode ξ_α.
+    /// Constant strain; rows and columns `3 i + α` for component i of mode ξ_α.
     pub strain: SMatrix<f64, 9, 9>,
-    /// Rows and columns `3 k + i`: component i of the k-th of the modes ξη, ξζ, ηζ.
+    /// Bending and twisting; rows and columns `3 k + i` for component i of the k-th of the modes
+    /// ξη, ξζ, ηζ.
     pub bend: SMatrix<f64, 9, 9>,
-    /// Rows and columns i: component i of mode ξηζ.
+    /// Mode ξηζ; rows and columns i for component i.
     pub hour: Matrix3<f64>,
 }
 
 impl Modal {
-    /// Of the parallelepiped with these edge vectors `[m]`.
+    /// Modal stiffness of the parallelepiped with these edge vectors `[m]`.
     #[must_use]
     pub fn new(edges: &[Vector3<f64>; 3], material: &Elastic, kind: ElementKind) -> Self {
         let c = reference_stiffness(edges, material) / 64.0;
@@ -62,7 +64,7 @@ impl Modal {
         Self { strain: c, bend, hour: hour / 9.0 }
     }
 
-    /// The dense stiffness `[N/m]`, shape `(24, 24)`, nodes in VTK order: `K = Hᵀ M H`.
+    /// Dense stiffness `[N/m]`, shape `(24, 24)`, nodes in VTK order: `K = Hᵀ M H`.
     #[must_use]
     pub fn dense(&self) -> ElementStiffness {
         let mut modes = SMatrix::<f64, 24, 24>::zeros();
@@ -94,16 +96,16 @@ fn sign(mode: usize, corner: [f64; 3]) -> f64 {
     (0..3).map(|k| if mode & (1 << k) == 0 { 1.0 } else { corner[k] }).product()
 }
 
-/// Place of the mode ξ_a ξ_b in the bend group.
+/// Index of the mode ξ_a ξ_b in the bend group.
 fn bend_index(a: usize, b: usize) -> usize {
     a + b - 1
 }
 
-/// `C̃_{iα jβ} = V J⁻¹_{αk} C_{ik jl} J⁻¹_{βl}`, rows and columns `3 i + α`, with
-/// `C_{ik jl} = λ δ_ik δ_jl + G (δ_ij δ_kl + δ_il δ_kj)`.
+/// Reference stiffness `C̃_{iα jβ} = V J⁻¹_{αk} C_{ik jl} J⁻¹_{βl}`, rows and columns `3 i + α`,
+/// with `C_{ik jl} = λ δ_ik δ_jl + G (δ_ij δ_kl + δ_il δ_kj)`.
 fn reference_stiffness(edges: &[Vector3<f64>; 3], material: &Elastic) -> SMatrix<f64, 9, 9> {
     let jacobian = Matrix3::from_columns(edges) / 2.0;
-    // An element without volume has no stiffness: a run with one diverges at once.
+    // An element without volume has no stiffness; NaN stops the run at once.
     let inverse = jacobian.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
     let volume = 8.0 * jacobian.determinant().abs();
     let Elastic { lambda, shear, .. } = *material;
@@ -116,8 +118,9 @@ fn reference_stiffness(edges: &[Vector3<f64>; 3], material: &Elastic) -> SMatrix
     })
 }
 
-/// Wilson–Taylor: the function `1 − ξ_m²` of each component adds a gradient along m itself to
-/// the group of the monomial ξ_m. Its own equilibrium is zero, which eliminates it.
+/// Stiffness of the group of the monomial ξ_m with incompatible modes (Wilson–Taylor). The function
+/// `1 − ξ_m²` of each component adds a gradient along m to this group. It is condensed out, because
+/// its own force is zero.
 fn condense(c: &SMatrix<f64, 9, 9>, m: usize) -> SMatrix<f64, 9, 9> {
     let own = Matrix3::from_fn(|i, j| c[(3 * i + m, 3 * j + m)]);
     let coupling = SMatrix::<f64, 9, 3>::from_fn(|row, j| c[(row, 3 * j + m)]);

@@ -1,13 +1,13 @@
 //! Principal stresses.
 
-/// Steps of Newton's method from the largest that a root can be; each squares the error.
+/// Steps of Newton's method from the largest possible root; each squares the error.
 const STEPS: usize = 5;
 
-/// The least and the largest principal stress of xx yy zz xy yz zx.
+/// Least and largest principal stress of xx yy zz xy yz zx.
 ///
-/// Of the deviator's polynomial `x³ − J₂ x − J₃` the root that lies apart from the others is found
-/// first, and the other two from the quadratic that is left: nothing but square roots, so that the
-/// bits are the same on every machine.
+/// Newton's method finds the root of the deviator's polynomial `x³ − J₂ x − J₃` that lies apart
+/// from the other two. The remaining quadratic gives these. Only square roots are needed, so that
+/// the bits are the same on every processor.
 pub fn principal(stress: &[f64; 6]) -> [f64; 2] {
     let [xx, yy, zz, xy, yz, zx] = *stress;
     let mean = (xx + yy + zz) / 3.0;
@@ -17,7 +17,7 @@ pub fn principal(stress: &[f64; 6]) -> [f64; 2] {
         return [mean; 2];
     }
     let third = a * (b * c - yz * yz) - xy * (xy * c - yz * zx) + zx * (xy * yz - b * zx);
-    // The apart root has the sign of J₃ and lies between √J₂ and √(4 J₂/3).
+    // The separate root has the sign of J₃ and lies between √J₂ and √(4 J₂/3).
     let mut apart = (second * (4.0 / 3.0)).sqrt();
     for _ in 0..STEPS {
         let (square, constant) = (apart * apart, third.abs());

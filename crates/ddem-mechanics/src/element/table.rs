@@ -1,18 +1,18 @@
-//! The numbers of four elements side by side, for [`lattice`](super::lattice).
+//! Stiffness of four elements side by side, for [`lattice`](super::lattice).
 
 use super::modal::Modal;
 use crate::math::lanes::{LANES, Lanes};
 
-/// The tables of four elements, one per lane.
+/// Stiffness tables of four elements, one per lane.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ElementTable {
-    /// All four are boxes along the coordinate axes.
+    /// Four boxes along the coordinate axes.
     Box(Box<BoxTable>),
-    /// Any parallelepipeds.
+    /// Four parallelepipeds of any shape.
     Oblique(Box<ObliqueTable>),
 }
 
-/// Independent non-zero entries of a box.
+/// Independent nonzero entries of the stiffness of a box.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BoxTable {
     /// Normal strains: xx yy zz xy yz zx of a symmetric 3×3.
@@ -27,7 +27,7 @@ pub struct BoxTable {
     pub(super) hour: [Lanes; 3],
 }
 
-/// Everything, for a parallelepiped.
+/// All entries of the stiffness of a parallelepiped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ObliqueTable {
     pub(super) strain: [[Lanes; 9]; 9],
@@ -36,7 +36,7 @@ pub struct ObliqueTable {
 }
 
 impl ElementTable {
-    /// Puts four modal stiffnesses side by side; `None` is a lane without an element.
+    /// Table of four modal stiffnesses side by side; `None` is a lane without an element.
     pub fn new(lanes: [Option<&Modal>; LANES], is_box: bool) -> Self {
         let pick = |f: &dyn Fn(&Modal) -> f64| Lanes(lanes.map(|m| m.map_or(0.0, f)));
         let strain = |r: usize, c: usize| pick(&|m| m.strain[(r, c)]);

@@ -130,7 +130,7 @@ fn check_lattice(modals: [Option<&Modal>; 4], dims: [usize; 3], is_box: bool) {
     }
 }
 
-/// Turned by angles of no meaning; two or three of the values may be equal.
+/// The principal stresses are found in arbitrarily rotated axes, also if two or three are equal.
 #[test]
 fn principal_stresses_are_those_that_were_turned() {
     let values = [
@@ -151,14 +151,14 @@ fn principal_stresses_are_those_that_were_turned() {
             let s = (r.matrix() * diagonal * r.matrix().transpose()) * scale;
             let found =
                 principal(&[(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|at| s[at]));
-            // Where two values are equal, half of the digits of their difference are lost.
+            // If two values are equal, half of the digits of their difference are lost.
             let error = (found[0] - scale * least).abs().max((found[1] - scale * most).abs());
             assert!(error <= 3e-7 * scale, "{most} {middle} {least} by {turn}: {found:?}");
         }
     }
 }
 
-/// Two blocks that lie on their top and bottom are turned by π against each other, whatever their heading: their mean is
+/// Two blocks, one upright and one upside down, are rotated by π against each other. Their mean is
 /// no rotation.
 #[test]
 fn a_frame_without_torque_gives_none_to_bodies_turned_upside_down() {

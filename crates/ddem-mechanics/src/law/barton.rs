@@ -1,12 +1,13 @@
-//! Barton–Bandis: rough joints, whose friction falls as the normal stress rises.
+//! Barton–Bandis law of rough joints, whose friction angle falls as the normal stress rises.
 
 use super::JointLaw;
 
-/// Friction angle `[degrees]` beyond which roughness gives nothing more.
+/// Largest friction angle that roughness can reach `[degrees]`.
 const STEEPEST: f64 = 70.0;
 
-/// Peak shear strength `σ_n tan(φ_r + JRC log₁₀(JCS/σ_n))`, σ_n the compression. The roughness
-/// angle is never negative, and the whole never above 70°.
+/// Barton–Bandis law with the peak shear strength `σ_n tan(φ_r + JRC log₁₀(JCS/σ_n))`, σ_n the
+/// compression. The roughness angle is at least 0, and the total angle at most 70°, or φ_r if that
+/// is larger.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Barton {
     /// Joint roughness coefficient JRC.
@@ -17,7 +18,7 @@ pub struct Barton {
     pub residual_friction: f64,
     /// Tensile strength σ_t `[Pa]`.
     pub tension: f64,
-    /// `tan ψ`.
+    /// Tangent of the dilation angle, `tan ψ`.
     pub tan_dilation: f64,
 }
 
@@ -39,7 +40,7 @@ impl JointLaw for Barton {
         (-normal * libm::tan(self.residual_friction.to_radians())).max(0.0)
     }
 
-    /// Failure has taken the roughness: the residual strength is proportional to the pressure.
+    /// Failure destroys the roughness, so the residual strength is proportional to the pressure.
     fn tan_contact_friction(&self) -> Option<f64> {
         Some(libm::tan(self.residual_friction.to_radians()))
     }

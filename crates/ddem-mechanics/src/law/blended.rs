@@ -1,16 +1,16 @@
-//! Strengths on their way from one joint to another.
+//! Interpolation between the strengths of two joints.
 
 use std::sync::Arc;
 
 use super::{JointLaw, Softening};
 
-/// The law of a joint that takes the place of another by parts: cohesion, tension and the tangents of the angles are
-/// `old + (new − old) part`. Whether it softens, and how, is that of the new one.
+/// Law of a joint that replaces another in increments: cohesion, tension and the tangents of the
+/// angles are `old + (new − old) part`. The softening is that of the new joint.
 #[derive(Clone, Debug)]
 pub struct BlendedLaw {
-    /// Of the old joint and of the new one.
+    /// Laws of the old joint and of the new one.
     pub laws: [Arc<dyn JointLaw>; 2],
-    /// Part of the way, from 0 to 1.
+    /// Fraction of the way from the old joint to the new one, from 0 to 1.
     pub part: f64,
 }
 

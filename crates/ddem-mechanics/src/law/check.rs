@@ -1,16 +1,18 @@
-//! Laws that a program brings: refused where a joint would never fail, or make energy, silently.
+//! Checks of custom laws. A law is refused if its joint would silently never fail or would create
+//! energy.
 
 use super::{JointLaw, Softening};
 
-/// Powers of ten up to the largest pressure at which a law is tried `[Pa]`.
+/// Largest exponent of the pressures, powers of ten `[Pa]`, at which a law is checked.
 const DECADES: i32 = 10;
-/// Part by which two numbers differ that are to be the same.
+/// Relative difference up to which two numbers count as equal.
 const SAME: f64 = 1e-6;
 
-/// Refuses a law a number of which is none that springs can have.
+/// Returns an error if a law gives values that the springs cannot use.
 ///
-/// Springs account for what they take and give whatever the strengths are, as long as these are numbers, not
-/// negative, and bear at least what dilation lifts.
+/// The springs account for all energy that they take and give, for any strengths that are numbers
+/// and not negative. The residual strength must be at least the shear that dilation against the
+/// pressure takes.
 pub fn check(law: &dyn JointLaw) -> Result<(), String> {
     let tension = law.tension();
     expect(tension.is_finite() && tension >= 0.0, || {
@@ -38,11 +40,11 @@ fn expect(sound: bool, what: impl FnOnce() -> String) -> Result<(), String> {
     if sound { Ok(()) } else { Err(what()) }
 }
 
-/// A bonded point under a normal traction fails where its strength says so.
+/// Checks that a bonded point under a normal traction fails above its peak strength.
 fn bonded(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
     let peak = law.peak(normal);
     expect(peak >= 0.0, || format!("peak({normal}) is {peak}, expected 0 Pa or more"))?;
-    // Beyond rounding, too, which laws leave to joints without shear strength.
+    // Also beyond the rounding that `failure` tolerates for joints without shear strength.
     let beyond = 1.0 + 2.0 * peak + SAME * (normal.abs() + law.tension());
     let fails = law.failure(normal, beyond).is_some();
     let seen = law.any_failure(&[normal], &[beyond * beyond]);
@@ -53,7 +55,8 @@ fn bonded(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
     })
 }
 
-/// A failed point under a normal traction: dilation against the pressure takes no more than friction gives.
+/// Checks the residual strength of a failed point under a normal traction: dilation against the
+/// pressure must not take more than friction gives.
 fn failed(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
     let residual = law.residual(normal);
     expect(residual.is_finite() && residual >= 0.0, || {
@@ -68,7 +71,7 @@ fn failed(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
     })
 }
 
-/// Bare faces under a normal traction.
+/// Checks the strength of bare faces under a normal traction.
 fn contact(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
     let strength = law.contact_strength(normal);
     expect(strength.is_finite() && strength >= 0.0, || {

@@ -1,8 +1,9 @@
-//! §5: what one point of a joint bears. Formulas of a point; no mesh, no loop over pairs.
+//! Strength of one point of a joint (§5): formulas of a point, without mesh or loop over pairs.
 //!
-//! A [`JointLaw`] says at which tractions a bonded point fails and what a failed point still
-//! bears. A law of your own is one file of strengths as functions of the normal traction. The springs with friction and
-//! softening are the same for all laws (`law/response.rs`): energies, time steps and factors of safety rely on them.
+//! A [`JointLaw`] gives the tractions at which a bonded point fails and the strength of a failed
+//! point. A custom law is one file that gives strengths as functions of the normal traction.
+//! Springs, friction and softening are the same for all laws (`law/response.rs`), because energies,
+//! time steps and factors of safety rely on them.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -30,7 +31,7 @@
 //! assert_eq!(teeth.peak(-1e5), 1.2e5);
 //! ```
 //!
-//! `Model::set_law` of `ddem-core` gives it to a joint.
+//! `Model::set_law` of `ddem-core` assigns it to a joint.
 //!
 //! Tension and opening are positive; the normal points from side a to side b.
 
@@ -56,116 +57,117 @@ pub use check::check;
 pub use mohr_coulomb::MohrCoulomb;
 pub use reduced::ReducedLaw;
 
-/// Traction on side a of a joint, from side b `[Pa]`.
+/// Traction that side b exerts on side a of a joint `[Pa]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Traction {
     /// Normal traction `T_n`, tension positive `[Pa]`.
     pub normal: f64,
-    /// Shear traction `T_s`, in the joint's own plane `[Pa]`.
+    /// Shear traction `T_s` in the plane of the joint `[Pa]`.
     pub shear: Vector2<f64>,
 }
 
-/// Displacement of side b against side a, from where the springs bear nothing `[m]`.
+/// Displacement of side b relative to side a, from the position without spring force `[m]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Opening {
-    /// Along the normal, opening positive `[m]`.
+    /// Normal component, opening positive `[m]`.
     pub normal: f64,
-    /// In the joint's own plane `[m]`.
+    /// Component in the plane of the joint `[m]`.
     pub shear: Vector2<f64>,
 }
 
 /// Stiffness of the springs of a failed point `[Pa/m]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SpringStiffness {
-    /// k_n `[Pa/m]`.
+    /// Normal stiffness k_n `[Pa/m]`.
     pub normal: f64,
-    /// k_s `[Pa/m]`.
+    /// Shear stiffness k_s `[Pa/m]`.
     pub shear: f64,
 }
 
 /// Failure mode of a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum FailureMode {
-    /// The shear strength was passed, eq. (12).
+    /// The shear strength was exceeded, eq. (12).
     Shear,
-    /// The tensile strength was passed.
+    /// The tensile strength was exceeded.
     Tension,
 }
 
 /// State of a failed point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointState {
-    /// Slip s of side b against side a `[m]`.
+    /// Slip s of side b relative to side a `[m]`.
     pub slip: Vector2<f64>,
-    /// Opening that slip over the roughness has made, `tan ψ` for each unit of slip `[m]`.
+    /// Opening due to slip over the roughness, `tan ψ` per unit of slip `[m]`.
     pub dilation: f64,
-    /// Part of the peak strength that is lost: 0 at the peak, 1 where the residual is left, 2 where the faces
-    /// have parted and the residual has no cohesion any more.
+    /// Damage: 0 at the peak strength, 1 at the residual strength, 2 if the faces have parted and
+    /// the residual cohesion is lost.
     pub damage: f64,
-    /// Distance of the faces, negative where they press on each other `[m]`.
+    /// Distance of the faces, negative in compression `[m]`.
     pub gap: f64,
-    /// The dilation that is in the gap: that of the step before `[m]`.
+    /// Dilation included in the gap, that of the previous step `[m]`.
     pub lifted: f64,
     /// Traction of the springs at the last step `[Pa]`.
     pub traction: Traction,
-    /// Normal tractions at the last step, of the dashpot and of what settles the account `[Pa]`.
+    /// Normal tractions at the last step, of the dashpot and of the settlement of the account
+    /// `[Pa]`.
     pub drag: [f64; 2],
-    /// Energy taken so far beyond what the springs hold and what is lost, for each unit of area `[J/m²]`.
+    /// Energy taken so far in excess of the spring energy and the losses, per unit area `[J/m²]`.
     pub account: f64,
-    /// The last equilibrium, from which a relaxation maps slip and damage, so that neither keeps what
-    /// it overshoots; `None` in motion, where both go on from the last step.
+    /// Last equilibrium. A relaxation maps slip and damage from it, so that neither keeps an
+    /// overshoot. `None` in motion, where both continue from the last step.
     pub equilibrium: Option<Equilibrium>,
 }
 
-/// State of a failed point in an equilibrium, from which a relaxation goes on.
+/// State of a failed point in equilibrium, from which a relaxation continues.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Equilibrium {
-    /// Slip s of side b against side a `[m]`.
+    /// Slip s of side b relative to side a `[m]`.
     pub slip: Vector2<f64>,
-    /// Opening that slip over the roughness has made `[m]`.
+    /// Opening due to slip over the roughness `[m]`.
     pub dilation: f64,
-    /// Part of the peak strength that is lost.
+    /// Damage, as in [`PointState::damage`].
     pub damage: f64,
     /// Distance of the faces `[m]`.
     pub gap: f64,
 }
 
 impl PointState {
-    /// Takes the present state for an equilibrium.
+    /// Stores the present state as equilibrium.
     pub fn set_equilibrium(&mut self) {
         let Self { slip, dilation, damage, gap, .. } = *self;
         self.equilibrium = Some(Equilibrium { slip, dilation, damage, gap });
     }
 }
 
-/// Energy that a point has lost for each unit of area `[J/m²]`.
+/// Energy lost by a point per unit area `[J/m²]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PointLoss {
-    /// To friction, less the work of dilation against the normal traction.
+    /// Loss by friction, less the work of dilation against the normal traction.
     pub friction: f64,
-    /// To fracture.
+    /// Loss by fracture.
     pub fracture: f64,
-    /// To faces that meet or part within a step; it goes to the account of the point.
+    /// Loss of faces that meet or part within a step; it goes to the account of the point.
     pub contact: f64,
-    /// To the dashpot.
+    /// Loss by the dashpot.
     pub damping: f64,
 }
 
-/// Softening after failure; 0 is brittle.
+/// Softening after failure; values of 0 are brittle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Softening {
-    /// Inelastic opening after which no tension is left, `2 G_I / σ_t` `[m]`.
+    /// Inelastic opening at which no tension is left, `2 G_I / σ_t` `[m]`.
     pub opening: f64,
-    /// G_II `[J/m²]`: nothing but the residual is left after a slip of
+    /// Fracture energy G_II `[J/m²]`. Only the residual strength is left after a slip of
     /// `2 G_II / (peak − residual)`.
     pub sliding: f64,
 }
 
-/// Shear that is only rounding beside the normal traction and the tensile strength does not make
-/// a joint without shear strength fail in pure tension.
+/// Tolerance of the shear strength relative to the normal traction and the tensile strength.
+/// Without it rounding would make a joint without shear strength fail in pure tension.
 const ROUNDING: f64 = 1e-9;
 
-/// The strength of a joint, before and after failure.
+/// Strength of a joint before and after failure.
 pub trait JointLaw: Debug + Send + Sync {
     /// Tensile strength σ_t `[Pa]`.
     fn tension(&self) -> f64;
@@ -176,30 +178,32 @@ pub trait JointLaw: Debug + Send + Sync {
     /// Shear strength of a failed, closed point under a normal traction `[Pa]`, not negative.
     fn residual(&self, normal: f64) -> f64;
 
-    /// True if a bonded point bears load without pressure.
+    /// True if a bonded point carries load without pressure.
     fn bonds(&self) -> bool {
         self.tension() > 0.0 || self.peak(0.0) > 0.0
     }
 
-    /// `tan ψ`: opening for each unit of slip.
+    /// Opening per unit of slip, `tan ψ`.
     fn tan_dilation(&self) -> f64 {
         0.0
     }
 
-    /// Shear strength of two bare faces of the joint that press on each other with a normal traction `[Pa]`, not
-    /// negative, and nothing where nothing presses. Contacts have it, which take the place of joints that have slid far
-    /// or opened. By default it is the residual strength without its cohesion. Contacts do not dilate.
+    /// Shear strength of two bare faces of the joint in compression under a normal traction `[Pa]`.
+    /// It is not negative, and 0 without compression. Contacts that replace joints after large slip
+    /// or opening use it. The default is the residual strength without its cohesion. Contacts do
+    /// not dilate.
     fn contact_strength(&self, normal: f64) -> f64 {
         (self.residual(normal) - self.residual(0.0)).max(0.0)
     }
 
-    /// Tangent of the friction angle of contacts, where [`contact_strength`](Self::contact_strength) is proportional
-    /// to the pressure: contacts then need not ask for it at every point. `None`: they ask.
+    /// Tangent of the friction angle of contacts, if [`contact_strength`](Self::contact_strength)
+    /// is proportional to the pressure. Contacts then need not evaluate it at every point. With
+    /// `None` they do.
     fn tan_contact_friction(&self) -> Option<f64> {
         None
     }
 
-    /// Softening from peak to residual strength; `None`: brittle.
+    /// Softening from peak to residual strength; `None` is brittle.
     fn softening(&self) -> Option<Softening> {
         None
     }
@@ -215,8 +219,8 @@ pub trait JointLaw: Debug + Send + Sync {
         }
     }
 
-    /// True if any of some points fails, from their normal tractions and the squares of their shear
-    /// tractions. One call serves many points: the loop is compiled for each law.
+    /// True if one of several points fails, from their normal tractions and the squares of their
+    /// shear tractions. One call serves many points, so that the loop is compiled for each law.
     fn any_failure(&self, normal: &[f64], shear_squared: &[f64]) -> bool {
         let tension = self.tension();
         let mut any = false;
@@ -227,8 +231,8 @@ pub trait JointLaw: Debug + Send + Sync {
         any
     }
 
-    /// By what a traction of a bonded point can be divided until it no longer fails, to a part in
-    /// a thousand; 1 when it does not fail.
+    /// Divisor of a traction at which a bonded point no longer fails, to a part in a thousand; 1 if
+    /// the point does not fail.
     fn overload(&self, normal: f64, shear: f64) -> f64 {
         let fails = |by: f64| self.failure(normal / by, shear / by).is_some();
         if !fails(1.0) {
@@ -246,5 +250,5 @@ pub trait JointLaw: Debug + Send + Sync {
     }
 }
 
-/// Laws of joints by their number; `None` never fails.
+/// Laws of joints by their number; with `None` the joint never fails.
 pub type Laws = Vec<Option<Arc<dyn JointLaw>>>;

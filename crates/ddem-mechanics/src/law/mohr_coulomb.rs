@@ -2,20 +2,21 @@
 
 use super::{JointLaw, Softening};
 
-/// Shear strength `c − T_n tan φ`, tensile strength `σ_t`, eq. (12).
+/// Mohr–Coulomb law with the shear strength `c − T_n tan φ` and the tensile strength `σ_t`,
+/// eq. (12).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct MohrCoulomb {
     /// Cohesion c `[Pa]`.
     pub cohesion: f64,
-    /// `tan φ`.
+    /// Tangent of the friction angle, `tan φ`.
     pub tan_friction: f64,
     /// Tensile strength σ_t `[Pa]`.
     pub tension: f64,
     /// Cohesion after failure c_r `[Pa]`.
     pub residual_cohesion: f64,
-    /// `tan φ_r` after failure.
+    /// Tangent of the friction angle after failure, `tan φ_r`.
     pub tan_residual_friction: f64,
-    /// `tan ψ`.
+    /// Tangent of the dilation angle, `tan ψ`.
     pub tan_dilation: f64,
     /// Softening; `None` is brittle.
     pub softening: Option<Softening>,

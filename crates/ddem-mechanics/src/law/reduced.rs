@@ -1,11 +1,11 @@
-//! Strengths divided by a factor.
+//! Strengths reduced by a factor.
 
 use std::sync::Arc;
 
 use super::{JointLaw, Softening};
 
-/// A law whose strengths are those of another one divided by a factor: cohesion, tension and the tangents of
-/// the friction angles; dilation stays, but is no steeper than the friction that is left.
+/// Law with the strengths of another law divided by a factor: cohesion, tension and the tangents of
+/// the friction angles. Dilation is kept, but is limited to the reduced friction.
 #[derive(Clone, Debug)]
 pub struct ReducedLaw {
     /// Law with the full strengths.
@@ -28,7 +28,7 @@ impl JointLaw for ReducedLaw {
     }
 
     fn tan_dilation(&self) -> f64 {
-        // The slope of the strength where little presses.
+        // Slope of the strength at low pressure.
         let friction = self.law.residual(-1.0) - self.law.residual(0.0);
         self.law.tan_dilation().min(friction / self.factor)
     }

@@ -1,6 +1,6 @@
-//! The springs of a failed point: contact, friction with slip, softening.
+//! Springs of a failed point: contact, friction with slip, softening.
 //!
-//! One damage D runs from 0 at the peak to 1, where the residual is left:
+//! One damage D grows from 0 at the peak to 1, where only the residual strength is left:
 //!
 //! ```text
 //! tension   T_n ≤ (1−D) σ_t, unloading along the secant; no tension at D = 1
@@ -8,14 +8,16 @@
 //! shear     T_s = k_s (δ_s − s),  |T_s| ≤ (1−D) peak(T_n) + D residual(T_n)
 //! ```
 //!
-//! D grows by the inelastic opening over `2G_I/σ_t` and by slip over `2G_II/(peak − residual)`: pure
-//! opening takes `G_I` for each unit of area and sliding under a pressure `G_II` above the residual,
-//! whatever the stiffness. The residual acts on closed faces only, so that an open point without bond
-//! bears nothing and forgets where it stuck. Faces that have parted bear no cohesion any more when they
-//! close, D = 2: otherwise a point that opens and closes under little pressure takes energy from nowhere.
+//! D grows with the inelastic opening over `2G_I/σ_t` and with slip over `2G_II/(peak − residual)`.
+//! Per unit area, pure opening takes `G_I`, and sliding under a pressure takes `G_II` above the
+//! residual, for any stiffness.
 //!
-//! In a relaxation slip, dilation and damage are those of the way straight from the last equilibrium:
-//! they depend on the present opening alone, and not on how often the motion went past it.
+//! The residual strength acts on closed faces only. An open point without bond carries nothing, and
+//! its stick position is reset. Faces that have parted have no cohesion when they close (D = 2).
+//! Otherwise a point that opens and closes under little pressure would gain energy.
+//!
+//! In a relaxation slip, dilation and damage follow the direct path from the last equilibrium. They
+//! depend on the present opening alone, not on how often the motion went past it.
 
 use nalgebra::Vector2;
 
@@ -23,11 +25,11 @@ use super::{
     Equilibrium, JointLaw, Opening, PointLoss, PointState, Softening, SpringStiffness, Traction,
 };
 
-/// Damage of faces that have parted: nothing is left but friction.
+/// Damage of faces that have parted: only friction is left.
 const PARTED: f64 = 2.0;
 
-/// Traction of a failed point at an opening, left in its memory; returns what it loses on the way there. Where
-/// [`PointState::equilibrium`] is there, slip and damage go on from it.
+/// Updates the state of a failed point, with its traction, for an opening. Returns the losses since
+/// the last update `[J/m²]`. With [`PointState::equilibrium`] slip and damage continue from there.
 #[inline(always)]
 pub(super) fn respond<L: JointLaw + ?Sized>(
     law: &L,
@@ -40,7 +42,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     let gap = opening.normal - before.dilation;
     if let Some(equilibrium) = before.equilibrium {
         state.slip = equilibrium.stuck(opening, gap);
-        // What has parted on the way does not grow together.
+        // Faces that have parted since the equilibrium stay parted.
         state.damage = if before.damage >= PARTED { PARTED } else { equilibrium.damage };
     }
     let start = *state;
@@ -62,7 +64,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     slide(law, stiffness.shear, softening, opening, state);
     let tan_dilation = law.tan_dilation();
     if tan_dilation > 0.0 {
-        // Slip back over the roughness closes what slip made.
+        // Sliding back over the roughness closes the opening that slip caused.
         let further = if gap <= 0.0 { state.slip.norm() - start.slip.norm() } else { 0.0 };
         let from = before.equilibrium.map_or(before.dilation, |equilibrium| equilibrium.dilation);
         state.dilation = (from + tan_dilation * further).max(0.0);
@@ -70,9 +72,9 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     loss(law, &before, state)
 }
 
-/// Part of the pressure that acts on faces that have just met, or are about to part. They touch for a
-/// part of the step only: the whole pressure would take, or do, more work than the springs hold, and
-/// what bounces gain or lose energy with every contact.
+/// Fraction of the pressure that acts on faces that have just met or are about to part. They touch
+/// during a part of the step only. The full pressure would take or do more work than the springs
+/// hold, and bouncing blocks would gain or lose energy with every contact.
 fn eased(before: &PointState, gap: f64) -> f64 {
     let du = gap - before.gap;
     if gap >= 0.0 || before.equilibrium.is_some() {
@@ -87,8 +89,8 @@ fn eased(before: &PointState, gap: f64) -> f64 {
 }
 
 impl Equilibrium {
-    /// Slip at which a point begins to stick on the way straight to an opening: where it closes, if it
-    /// was open without a bond.
+    /// Slip at which a point begins to stick on the direct path to an opening. If it was open
+    /// without a bond, this is the position at which it closes.
     fn stuck(&self, opening: Opening, gap: f64) -> Vector2<f64> {
         if self.damage < 1.0 || self.gap <= 0.0 || gap >= 0.0 {
             return self.slip;
@@ -107,7 +109,7 @@ fn opened(tension: f64, stiffness: f64, softening: Softening, gap: f64, damage: 
     damage.max(reached.min(1.0))
 }
 
-/// Stiffness towards a damaged tensile peak `[Pa/m]`.
+/// Secant stiffness to the damaged tensile peak `[Pa/m]`.
 fn secant(tension: f64, stiffness: f64, softening: Softening, damage: f64) -> f64 {
     if damage <= 0.0 {
         return stiffness;
@@ -119,7 +121,7 @@ fn secant(tension: f64, stiffness: f64, softening: Softening, damage: f64) -> f6
     (1.0 - damage) * tension / (elastic + damage * (softening.opening - elastic))
 }
 
-/// Shear: elastic up to the limit, then slip along the traction.
+/// Updates the shear traction: elastic up to the limit, then slip along the traction.
 fn slide<L: JointLaw + ?Sized>(
     law: &L,
     stiffness: f64,
@@ -138,7 +140,7 @@ fn slide<L: JointLaw + ?Sized>(
     }
     let mut bears = residual;
     if state.damage < 1.0 {
-        // The limit falls while the point slips: both at once.
+        // The limit falls while the point slips; both are solved together.
         let per_slip = damage_per_slip(law, softening, state.traction.normal);
         let fall = (peak - residual) * per_slip;
         let damage = state.damage + (size - limit) / (stiffness - fall) * per_slip;
@@ -150,29 +152,29 @@ fn slide<L: JointLaw + ?Sized>(
         if bears > 0.0 { opening.shear - state.traction.shear / stiffness } else { opening.shear };
 }
 
-/// Damage that slip does under a normal traction `[1/m]`: in tension as without it.
+/// Damage per unit of slip under a normal traction `[1/m]`; tension counts as no traction.
 fn damage_per_slip<L: JointLaw + ?Sized>(law: &L, softening: Softening, normal: f64) -> f64 {
     let pressed = normal.min(0.0);
     let drop = law.peak(pressed) - law.residual(pressed);
     if drop > 0.0 { drop / (2.0 * softening.sliding) } else { f64::INFINITY }
 }
 
-/// Peak and residual shear strength under the pressure of spring and dashpot; the residual acts on closed faces
-/// only.
+/// Peak and residual shear strength under the traction of spring and dashpot. The residual acts on
+/// closed faces only.
 fn limits<L: JointLaw + ?Sized>(law: &L, state: &PointState) -> (f64, f64) {
     let normal = state.traction.normal + state.dashpot();
     let cohesion = if state.damage >= PARTED { law.residual(0.0) } else { 0.0 };
     let residual = if state.gap <= 0.0 { (law.residual(normal) - cohesion).max(0.0) } else { 0.0 };
     let peak = if state.damage < 1.0 { law.peak(normal) } else { residual };
-    // Softening never makes stronger.
+    // Softening never increases the strength.
     (peak.max(residual), residual)
 }
 
-/// `∫ T · d(inelastic opening and slip)` by the trapezoidal rule, which is that of the step.
+/// Losses `∫ T · d(inelastic opening and slip)` by the trapezoidal rule, as in the time step.
 fn loss<L: JointLaw + ?Sized>(law: &L, before: &PointState, after: &PointState) -> PointLoss {
     let mut loss = PointLoss::default();
     let (old, new): (Traction, Traction) = (before.traction, after.traction);
-    // The area between two secants: nothing along a straight line.
+    // Area between two secants; zero along a straight line.
     let area = 0.5 * (old.normal * after.gap - new.normal * before.gap);
     if old.normal > 0.0 || new.normal > 0.0 {
         loss.fracture = area
@@ -181,7 +183,7 @@ fn loss<L: JointLaw + ?Sized>(law: &L, before: &PointState, after: &PointState) 
     }
     let slip = after.slip - before.slip;
     let work = 0.5 * (old.shear + new.shear).dot(&slip);
-    // What the residual bears is friction, and all that is left when the bond has gone.
+    // The work of the residual strength is friction; so is all work once the bond has failed.
     let friction = if before.damage < 1.0 {
         let (_, residual) = limits(law, after);
         work.min(residual * slip.norm())
@@ -193,7 +195,7 @@ fn loss<L: JointLaw + ?Sized>(law: &L, before: &PointState, after: &PointState) 
     loss
 }
 
-/// Energy that a failed point holds for each unit of area: in its springs and on its account `[J/m²]`.
+/// Energy of a failed point per unit area, in its springs and on its account `[J/m²]`.
 pub fn stored(stiffness: SpringStiffness, state: &PointState) -> f64 {
     let Traction { normal, shear } = state.traction;
     0.5 * normal * state.gap + 0.5 * shear.norm_squared() / stiffness.shear + state.account

@@ -1,20 +1,23 @@
-//! The force of a failed point on its way through time: springs and friction of its law, a dashpot, and
-//! an account that lets the point give back no more energy than it has taken.
+//! Force of a failed point over time: springs and friction of its law, a dashpot, and an account.
+//! Because of the account the point returns no more energy than it has taken.
 //!
-//! The step of (M2) does half of a force's work on the way before and half on the way after. A linear
-//! spring `T = k δ` keeps `k δ²/2` exactly so, but faces that meet or part within a step do not: the
-//! pressure at the end of a contact goes on working until the next step, when the faces are already
-//! apart. The *account* of a point is what it has taken beyond what its springs hold and friction has
-//! used. Where it falls below nothing, a drag against the last way takes the difference back; what is left over
-//! when the faces part is given back by the same with the other sign.
+//! The step of (M2) does half of a force's work over the displacement increment before it and half
+//! over the one after it. A linear spring `T = k δ` conserves `k δ²/2` exactly in this way. Faces
+//! that meet or part within a step do not: the pressure at the end of a contact does work until the
+//! next step, when the faces are already apart.
+//!
+//! The *account* of a point is the energy that it has taken in excess of its spring energy and of
+//! the work of friction. If the account is negative, a drag against the last displacement increment
+//! recovers the difference. A surplus that is left when the faces part is returned by the same drag
+//! with the opposite sign.
 
 use nalgebra::Vector3;
 
 use super::response::respond;
 use super::{JointLaw, Opening, PointLoss, PointState, SpringStiffness, Traction};
 
-/// Largest drag that settles an account, as a part of the spring's stiffness times the way of a step: what faces
-/// that part within a step can owe at most.
+/// Largest drag that settles an account, as a fraction of the spring stiffness times the
+/// displacement increment of a step. This is the most that faces that part within a step can owe.
 const MOST_DRAG: f64 = 0.25;
 
 /// Springs and dashpot of a failed point.
@@ -22,16 +25,16 @@ const MOST_DRAG: f64 = 0.25;
 pub struct PointSprings {
     /// Stiffness of the springs `[Pa/m]`.
     pub stiffness: SpringStiffness,
-    /// Of the dashpot `[Pa s/m]`.
+    /// Coefficient of the dashpot `[Pa s/m]`.
     pub dashpot: f64,
-    /// Time since the last look at the point, 0 in relaxation `[s]`; none for a point that is new where it
-    /// is, and goes on with the drag that it has.
+    /// Time since the last update of the point `[s]`; 0 in relaxation. `None` keeps the present
+    /// drag, as for a point that is new at its place.
     pub time_step: Option<f64>,
 }
 
 impl PointSprings {
-    /// Traction of a point at an opening, left in its memory as that of the springs and the drag; returns
-    /// what it loses on the way there `[J/m²]`.
+    /// Updates the state of a point, with the tractions of springs and drag, for an opening.
+    /// Returns the losses since the last update `[J/m²]`.
     #[inline(always)]
     pub fn update<L: JointLaw + ?Sized>(
         &self,
@@ -42,19 +45,20 @@ impl PointSprings {
         let du = opening.normal - (state.gap + state.lifted);
         let last = state.drag;
         if let Some(time_step) = self.time_step {
-            // Before the springs, for friction knows it.
+            // Set before the springs, because friction depends on it.
             let dashpot = if time_step > 0.0 { self.dashpot * du / time_step } else { 0.0 };
             state.drag = [dashpot, 0.0];
         }
         let mut loss = respond(law, self.stiffness, opening, state);
-        // Friction that gives would be energy from nowhere; a relaxation undoes slip that it overshoots.
+        // Friction that returns energy would create it, so the account pays. In a relaxation it
+        // only undoes slip that overshot.
         let given = if state.equilibrium.is_some() { 0.0 } else { loss.friction.min(0.0) };
         loss.friction -= given;
         state.account += loss.contact + given;
         loss.contact = 0.0;
         let Some(time_step) = self.time_step else { return loss };
         if time_step == 0.0 {
-            // What faces that meet within a step lose, no motion in time has lost: damping takes it.
+            // In relaxation damping takes the loss of faces that meet within a step.
             loss.damping = std::mem::take(&mut state.account);
             return loss;
         }
@@ -62,7 +66,8 @@ impl PointSprings {
         loss
     }
 
-    /// Drag after a way along the normal, with that of the last step; returns what the dashpot takes on it.
+    /// Updates the drag after an increment along the normal; the array is the drag of the last
+    /// step. Returns the energy that the dashpot takes over it.
     fn apply_dashpot(
         &self,
         du: f64,
@@ -73,7 +78,7 @@ impl PointSprings {
         let pressed = state.gap < 0.0;
         state.drag[0] = state.dashpot();
         let work = 0.5 * (dashpot + state.drag[0]) * du;
-        // On the way back it gives what its last force took on the way in, half a step early, and no more.
+        // On the way back it returns at most the energy that its last force took half a step early.
         let back = 0.5 * dashpot * dashpot * time_step / self.dashpot;
         let taken = if self.dashpot > 0.0 { work.max(-back) } else { 0.0 };
         state.account += work - taken + 0.5 * settling * du;
@@ -83,8 +88,8 @@ impl PointSprings {
         taken
     }
 
-    /// Lets the point bear what brings its account to nothing after a way along the normal. Half of the work is
-    /// done now, half on the way that comes.
+    /// Sets the drag that brings the account to zero after an increment along the normal. Half of
+    /// its work is done over this increment, half over the next one.
     fn settle_account(&self, du: f64, state: &mut PointState) {
         if du == 0.0 {
             return;
@@ -95,8 +100,9 @@ impl PointSprings {
         state.drag[1] = drag * du;
     }
 
-    /// A point that has just failed loses what it bore before that could do its half of the work on the last way
-    /// `[m]`, along the normal and both tangents. What it would gain so it owes.
+    /// Corrects the losses of a point that has just failed. The lost part of the traction `bore`
+    /// does not do its half of the work over the last increment `du` `[m]`, along the normal and
+    /// both tangents. If that leaves a gain, the point owes it on its account.
     pub fn begin_failure(
         &self,
         bore: Traction,
@@ -117,8 +123,8 @@ impl PointSprings {
 }
 
 impl PointState {
-    /// Traction of the dashpot: that of faces that press on each other, which together with the spring never
-    /// pulls `[Pa]`.
+    /// Traction of the dashpot `[Pa]`. It acts on faces in compression only, and never pulls
+    /// together with the spring.
     pub(super) fn dashpot(&self) -> f64 {
         if self.gap < 0.0 { self.drag[0].min(-self.traction.normal) } else { 0.0 }
     }

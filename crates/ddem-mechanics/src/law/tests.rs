@@ -1,4 +1,4 @@
-//! Curves of the laws against their definitions.
+//! Tests of the curves of the laws against their definitions.
 
 use nalgebra::Vector2;
 
@@ -25,7 +25,7 @@ fn tan(degrees: f64) -> f64 {
     degrees.to_radians().tan()
 }
 
-/// Leads a point that has just reached its peak along a path and adds up what it loses.
+/// Moves a point that has just reached its peak along a path and adds up its losses.
 fn lead(
     law: &dyn JointLaw,
     path: impl Iterator<Item = Opening>,
@@ -52,7 +52,7 @@ fn a_bonded_point_fails_at_its_strength() {
     let peak = 2e6 + 3e6 * tan(35.0);
     assert_eq!(law.failure(-3e6, 0.9999 * peak), None);
     assert_eq!(law.failure(-3e6, 1.0001 * peak), Some(FailureMode::Shear));
-    // Tension alone: shear that is rounding decides nothing.
+    // Pure tension: shear of the size of rounding decides nothing.
     let bare = MohrCoulomb { tension: 1e6, ..MohrCoulomb::default() };
     assert_eq!(bare.failure(0.999e6, 1e-5), None);
     assert!(!bare.any_failure(&[0.999e6], &[1e-10]));
@@ -74,7 +74,7 @@ fn pure_opening_takes_its_fracture_energy() {
             traction: Traction { normal: 1e6, shear: Vector2::zeros() },
             ..PointState::default()
         };
-        // There is a way back on it: unloading takes nothing.
+        // The path includes a way back: unloading loses nothing.
         let path = (0..=1000).map(|i| f64::from(i) / 1000.0);
         let path = path
             .clone()
@@ -84,7 +84,7 @@ fn pure_opening_takes_its_fracture_energy() {
         let path = path.map(|x| at(elastic + x * (last - elastic), 0.0));
         let (state, loss) = lead(&law, path, start);
         assert!((loss.fracture / energy - 1.0).abs() < 1e-9, "{loss:?}");
-        // Parted faces have lost their residual cohesion, too.
+        // Parted faces have lost their residual cohesion as well.
         assert_eq!((loss.friction, state.traction.normal, state.damage), (0.0, 0.0, 2.0));
     }
 }
@@ -107,7 +107,7 @@ fn pure_sliding_takes_its_fracture_energy_above_the_residual() {
     assert!((state.traction.shear.norm() / 0.3e6 - 1.0).abs() < 1e-12);
 }
 
-/// Friction that falls is part of what is lost: G_II under any pressure that the springs can hold.
+/// The loss includes friction that falls: G_II under any pressure that the springs can hold.
 #[test]
 fn sliding_under_pressure_takes_its_fracture_energy() {
     for (pressure, softens) in [(0.5e6, true), (2e6, true), (40e6, false)] {
@@ -130,7 +130,8 @@ fn sliding_under_pressure_takes_its_fracture_energy() {
     }
 }
 
-/// A point that has slid keeps its residual cohesion; one that has opened bears friction alone when it closes again.
+/// A point that has slid keeps its residual cohesion. One that has opened has friction only when it
+/// closes again.
 #[test]
 fn faces_that_have_parted_have_no_cohesion() {
     let law = MohrCoulomb { tan_dilation: 0.0, ..coulomb(None) };
@@ -167,7 +168,7 @@ fn sliding_bears_the_residual_and_opens_by_dilation() {
     assert!((state.dilation / (slip * tan(7.0)) - 1.0).abs() < 1e-12);
     let pressure = -state.traction.normal;
     assert!((state.traction.shear.norm() / (0.3e6 + pressure * tan(25.0)) - 1.0).abs() < 1e-12);
-    // Nothing is gained: work that went in is stored or lost.
+    // No energy is created: the work is stored or lost.
     let work = loss.friction + loss.fracture;
     assert!(work > 0.0 && stored(STIFFNESS, &state) > 0.0);
 }
@@ -178,7 +179,7 @@ fn an_open_point_bears_nothing_and_forgets_its_stick() {
     let (state, _) =
         lead(&law, [at(-1e-4, 1e-4), at(1e-5, 2e-3)].into_iter(), PointState::default());
     assert_eq!(state.traction, Traction::default());
-    // Closed again where it is, it bears no shear at first.
+    // Closed again at the same place, it carries no shear at first.
     let (state, _) = lead(&law, [at(-1e-4, 2e-3)].into_iter(), state);
     assert!(state.traction.normal < 0.0);
     assert!(state.traction.shear.norm() < 1e-6);
@@ -198,8 +199,8 @@ fn barton_bandis_follows_its_curve() {
     assert_eq!(law.peak(0.0), 0.0);
 }
 
-/// A mass that falls on a face and flies off again: over many ways in which steps may lie it neither
-/// gains nor loses, and with the step the rest fades.
+/// A mass falls on a face and bounces off. Averaged over the possible phases of the steps it
+/// neither gains nor loses energy, and the scatter fades with the step.
 #[test]
 fn what_bounces_keeps_its_energy_on_the_mean() {
     let law = MohrCoulomb::default();
@@ -226,8 +227,8 @@ fn what_bounces_keeps_its_energy_on_the_mean() {
     }
 }
 
-/// A mass that bounces on a face never comes back faster than it came, however long the steps are; with short ones
-/// it loses next to nothing.
+/// A mass that bounces on a face never returns faster than it came, for any step. With short steps
+/// it loses almost nothing.
 #[test]
 fn what_bounces_is_never_faster() {
     let law = MohrCoulomb::default();
@@ -252,8 +253,8 @@ fn what_bounces_is_never_faster() {
     }
 }
 
-/// A dashpot takes energy on the way in and on the way out; what it gives back at a turn it has taken before, and
-/// all of it is in the balance of the mass that bounces.
+/// A dashpot takes energy on the way in and on the way out. It returns at most what it took before,
+/// and the balance of the bouncing mass includes all of it.
 #[test]
 fn a_dashpot_gives_no_more_than_it_took() {
     let law = MohrCoulomb::default();
@@ -274,15 +275,14 @@ fn a_dashpot_gives_no_more_than_it_took() {
             v -= time_step * state.total_traction().normal;
             gap += time_step * v;
         }
-        // What is missing from the energy has been taken, or is still on the account.
+        // The missing energy has been taken by the dashpot or is still on the account.
         let left = 0.5 * v * v + taken + state.account;
         assert!(gap > 0.0 && (left - 0.5).abs() < 1e-12, "{step} {ratio}: {left} {gap}");
     }
 }
 
-/// In relaxation the answer is that of the way straight from the last equilibrium, however far the motion went
-/// past it, and it is that of a motion which goes straight there. (Only the residual cohesion of faces that
-/// parted on the way is gone.)
+/// In relaxation the result is that of the direct path from the last equilibrium, however far the
+/// motion overshot. (Only faces that parted on the way have lost their residual cohesion.)
 #[test]
 fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
     for law in [coulomb(None), coulomb(Some([800.0, 5000.0]))] {
@@ -291,7 +291,8 @@ fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
         let slides = PointState { damage: 1.0, gap: -1e-3, ..PointState::default() };
         for mut equilibrium in [bonded, slides] {
             equilibrium.set_equilibrium();
-            // Dilation is in the gap a step later: what is left of that falls by a quarter in each.
+            // The gap includes the dilation one step later; the remaining error falls to about a
+            // quarter in each step.
             let there = [at(-1e-3, 3e-3); 60];
             let astray = [at(-0.5e-3, 9e-3), at(2e-3, 1e-3), at(-2e-3, -4e-3)];
             let (straight, _) = lead(&law, there.into_iter(), equilibrium);
@@ -306,7 +307,7 @@ fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
     }
 }
 
-/// A point that was open sticks where it closes on the way, not where it was.
+/// A point that was open sticks where it closes on the path, not at its old position.
 #[test]
 fn an_open_point_sticks_where_it_closes() {
     let law =

@@ -1,19 +1,19 @@
-//! Groups of blocks that hang together.
+//! Groups of connected blocks.
 
-/// Blocks in groups, which grow as links are found.
+/// Groups of blocks, which merge as connections are found.
 #[derive(Clone, Debug)]
 pub struct DisjointSets {
-    /// The lowest block that each one is known to hang together with.
+    /// Lowest block that each block is known to be connected to.
     roots: Vec<usize>,
 }
 
 impl DisjointSets {
-    /// Each block alone.
+    /// Groups of one block each.
     pub fn new(blocks: usize) -> Self {
         Self { roots: (0..blocks).collect() }
     }
 
-    /// Puts the groups of two blocks together.
+    /// Merges the groups of two blocks.
     pub fn join(&mut self, blocks: [usize; 2]) {
         let [a, b] = blocks.map(|block| self.lowest(block));
         self.roots[a.max(b)] = a.min(b);

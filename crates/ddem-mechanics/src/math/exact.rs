@@ -1,21 +1,22 @@
-//! Sums that do not depend on the order of what is added.
+//! Sums that do not depend on the order of their terms.
 //!
-//! A sum is a long fixed-point number, of digits of 32 bits, that holds every finite `f64` and what is carried. It is
-//! rounded once, when it is read, so that no order of packs, threads or machines changes a bit of it.
+//! A sum is a long fixed-point number with digits of 32 bits, which holds every finite `f64` and
+//! all carries. It is rounded once, when it is read. No order of packs or threads therefore changes
+//! a bit of it.
 
-/// Digits: those of the largest number, and two for what is carried beyond.
+/// Number of digits: those of the largest number, and two for carries beyond it.
 const DIGITS: usize = 68;
 /// Exponent of the smallest number, the unit of the lowest digit.
 const LOWEST: i32 = -1074;
 
-/// An exact sum, of up to 2³¹ numbers.
+/// Exact sum of up to 2³¹ numbers.
 #[derive(Clone, Debug)]
 pub struct ExactSum {
-    /// From the lowest; each may have a sign and more than 32 bits.
+    /// Digits from the lowest to the highest; each may have a sign and more than 32 bits.
     digits: [i64; DIGITS],
-    /// Lowest digit that is not 0, and the one above the highest.
+    /// Lowest digit that may be nonzero, and the one above the highest.
     used: [usize; 2],
-    /// Sum of what is not finite.
+    /// Sum of the terms that are not finite.
     infinite: f64,
 }
 
@@ -84,7 +85,8 @@ impl ExactSum {
             carried(&mut digits[low..high], -1);
         }
         let Some(top) = (low..high).rev().find(|&at| digits[at] != 0) else { return 0.0 };
-        // Four digits, the last bit of which stands for all below: it is beyond what is rounded.
+        // The last bit of the four digits stands for all digits below; it lies below the rounded
+        // bits.
         let last = top.saturating_sub(3);
         let four = (last..=top).rev().fold(0_u128, |sum, at| sum << 32 | digits[at] as u128);
         let below = digits[low.min(last)..last].iter().any(|&digit| digit != 0);
@@ -97,7 +99,7 @@ impl ExactSum {
 #[inline]
 pub fn sum(numbers: impl IntoIterator<Item = f64>) -> f64 {
     let mut numbers = numbers.into_iter();
-    // One addition is rounded once, too.
+    // A single addition is rounded once as well.
     let (first, second) = (numbers.next().unwrap_or(0.0), numbers.next().unwrap_or(0.0));
     let Some(third) = numbers.next() else { return first + second };
     let mut sum = ExactSum::default();
@@ -114,7 +116,7 @@ mod tests {
         assert_eq!(sum([]), 0.0);
         assert_eq!(sum([1e100, 1.0, -1e100]), 1.0);
         assert_eq!(sum([-1e100, -1.0, 1e100]), -1.0);
-        // Halfway goes to even; anything beyond decides.
+        // A tie is rounded to even; any further term decides.
         let half = f64::EPSILON / 2.0;
         assert_eq!(sum([1.0, half, 0.0]), 1.0);
         assert_eq!(sum([1.0, half, 1e-300]), 1.0 + f64::EPSILON);

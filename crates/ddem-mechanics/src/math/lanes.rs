@@ -1,16 +1,16 @@
-//! Four numbers side by side, one per body of a pack, and small vectors of them.
+//! Four numbers side by side, one per block of a pack, and small vectors of them.
 //!
-//! Memory holds [`Lanes`]; registers hold `f64x4` of the instruction set the run has chosen.
-//! Every operation is one IEEE operation per lane, never fused, so that all instruction sets
-//! give the same bits.
+//! Memory holds [`Lanes`]. Registers hold `f64x4` of the instruction set of the run. Every
+//! operation is one IEEE operation per lane and is never fused, so that all instruction sets give
+//! the same bits.
 
 use fearless_simd::{Simd, SimdFrom, f64x4};
 use serde::{Deserialize, Serialize};
 
-/// Bodies side by side in a pack.
+/// Blocks side by side in a pack.
 pub const LANES: usize = 4;
 
-/// One number for each body of a pack.
+/// One number for each block of a pack.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[repr(C, align(32))]
 pub struct Lanes(pub [f64; LANES]);
@@ -19,13 +19,13 @@ impl Lanes {
     /// Four zeros.
     pub const ZERO: Self = Self([0.0; LANES]);
 
-    /// The four numbers in a register.
+    /// Register with the four numbers.
     #[inline(always)]
     pub fn load<S: Simd>(self, simd: S) -> f64x4<S> {
         f64x4::simd_from(simd, self.0)
     }
 
-    /// The four numbers of a register.
+    /// Numbers from a register.
     #[inline(always)]
     pub fn from<S: Simd>(value: f64x4<S>) -> Self {
         Self(value.into())
@@ -38,12 +38,12 @@ impl Lanes {
     }
 }
 
-/// A vector for each lane.
+/// Vector for each lane.
 pub type Vector<S> = [f64x4<S>; 3];
-/// A matrix for each lane, row by row.
+/// Matrix for each lane, row by row.
 pub type Matrix<S> = [[f64x4<S>; 3]; 3];
 
-/// One number four times.
+/// Register with one number in all four lanes.
 #[inline(always)]
 pub fn splat<S: Simd>(simd: S, value: f64) -> f64x4<S> {
     f64x4::simd_from(simd, value)
@@ -55,14 +55,14 @@ pub fn load<S: Simd>(simd: S, v: &[Lanes; 3]) -> Vector<S> {
     [v[0].load(simd), v[1].load(simd), v[2].load(simd)]
 }
 
-/// The vector of three components that starts at `at`.
+/// Vector of the three components that start at index `at`.
 #[inline(always)]
 pub fn load_at<S: Simd>(simd: S, field: &[Lanes], at: usize) -> Vector<S> {
     let [x, y, z] = &field[at..at + 3] else { unreachable!() };
     [x.load(simd), y.load(simd), z.load(simd)]
 }
 
-/// Stores four vectors at a place of a field.
+/// Stores four vectors at index `at` of a field.
 #[inline(always)]
 pub fn store_at<S: Simd>(field: &mut [Lanes], at: usize, v: Vector<S>) {
     let [x, y, z] = &mut field[at..at + 3] else { unreachable!() };
@@ -87,7 +87,7 @@ pub fn sub<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
-/// Products `a s` with numbers.
+/// Products `a s` of vectors and numbers.
 #[inline(always)]
 pub fn scale<S: Simd>(a: Vector<S>, s: f64x4<S>) -> Vector<S> {
     [a[0] * s, a[1] * s, a[2] * s]
@@ -105,13 +105,13 @@ pub fn cross<S: Simd>(a: Vector<S>, b: Vector<S>) -> Vector<S> {
     [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 }
 
-/// `M v`.
+/// Products `M v` of matrices and vectors.
 #[inline(always)]
 pub fn times<S: Simd>(m: &Matrix<S>, v: Vector<S>) -> Vector<S> {
     [dot(m[0], v), dot(m[1], v), dot(m[2], v)]
 }
 
-/// `Mᵀ v`.
+/// Products `Mᵀ v` of transposed matrices and vectors.
 #[inline(always)]
 pub fn transposed_times<S: Simd>(m: &Matrix<S>, v: Vector<S>) -> Vector<S> {
     [
@@ -121,7 +121,7 @@ pub fn transposed_times<S: Simd>(m: &Matrix<S>, v: Vector<S>) -> Vector<S> {
     ]
 }
 
-/// `A B`.
+/// Matrix products `A B`.
 #[inline(always)]
 pub fn product<S: Simd>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
     let mut out = *a;
@@ -131,7 +131,7 @@ pub fn product<S: Simd>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
     out
 }
 
-/// `Aᵀ B`.
+/// Matrix products `Aᵀ B`.
 #[inline(always)]
 pub fn transposed_product<S: Simd>(a: &Matrix<S>, b: &Matrix<S>) -> Matrix<S> {
     product(&transpose(a), b)
@@ -143,7 +143,7 @@ pub fn transpose<S: Simd>(a: &Matrix<S>) -> Matrix<S> {
     [[a[0][0], a[1][0], a[2][0]], [a[0][1], a[1][1], a[2][1]], [a[0][2], a[1][2], a[2][2]]]
 }
 
-/// Inverse of a symmetric matrix given and returned as xx yy zz xy yz zx.
+/// Inverse of a symmetric matrix; both are given as xx yy zz xy yz zx.
 #[inline(always)]
 pub fn inverse_symmetric<S: Simd>(simd: S, a: [f64x4<S>; 6]) -> [f64x4<S>; 6] {
     let [xx, yy, zz, xy, yz, zx] = a;
@@ -172,8 +172,9 @@ pub fn symmetric_times<S: Simd>(a: [f64x4<S>; 6], v: Vector<S>) -> Vector<S> {
     ]
 }
 
-/// Sum of a vector over the nodes of bodies with some elements along each edge: by rows, planes of rows, and all
-/// planes, so that chains of additions are short and the same wherever they are made.
+/// Sum of a vector over the nodes of blocks with some elements along each edge. It adds by rows,
+/// planes of rows, and all planes. Chains of additions are therefore short and the same for every
+/// caller.
 #[inline(always)]
 pub fn over_nodes<S: Simd>(
     simd: S,

@@ -1,19 +1,21 @@
-//! §6: (M2) of one degree of freedom, be it of a node, a rigid block or a free-field column.
+//! Leap-frog step (M2) of one degree of freedom (§6): of a node, a rigid block or a free-field
+//! column.
 
-/// `a` and `b` of `v⁺ = a v⁻ + b F`, `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)`, from `m/h` and the damping c.
+/// Coefficients `a` and `b` of `v⁺ = a v⁻ + b F`, that is of
+/// `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)`, from `m/h` and the damping c.
 #[inline]
 pub fn coefficients(per_interval: f64, c: f64) -> [f64; 2] {
     let below = per_interval + 0.5 * c;
     [(per_interval - 0.5 * c) / below, 1.0 / below]
 }
 
-/// Cundall's local damping `α |F| sign v`, against the motion; none without motion.
+/// Cundall's local damping `α |F| sign v`, which opposes the motion; 0 without motion.
 #[inline(always)]
 pub fn local_damping(alpha: f64, force: f64, v: f64) -> f64 {
     if v == 0.0 { 0.0 } else { alpha * force.abs() * v.signum() }
 }
 
-/// The force of which local damping leaves this much.
+/// Force of which local damping leaves the force `left`.
 #[inline]
 pub fn before_local_damping(alpha: f64, left: f64, v: f64) -> f64 {
     let with = if v == 0.0 { 0.0 } else { v.signum() * left.signum() };

@@ -1,4 +1,4 @@
-//! Numbers: four side by side, exact sums, the leap-frog, groups.
+//! Arithmetic: four numbers side by side, exact sums, the leap-frog step, groups.
 
 pub mod disjoint_sets;
 pub mod exact;

@@ -2,8 +2,8 @@
 
 use fearless_simd::Level;
 
-/// Instruction set of the kernels. The default is the best of the machine at run time; every
-/// one gives the same bits.
+/// Instruction set of the kernels. The default is the best one available at run time. All of them
+/// give the same bits.
 #[derive(Clone, Copy, Debug)]
 pub struct Simd(Level);
 
@@ -14,7 +14,7 @@ impl Default for Simd {
 }
 
 impl Simd {
-    /// Instruction sets of this machine, the plainest first.
+    /// Available instruction sets, the most basic one first.
     #[must_use]
     pub fn available() -> Vec<(&'static str, Self)> {
         let best = Level::new();
@@ -30,7 +30,7 @@ impl Simd {
         levels
     }
 
-    /// A level of the machine.
+    /// Instruction set of a level.
     pub fn of(level: Level) -> Self {
         Self(level)
     }

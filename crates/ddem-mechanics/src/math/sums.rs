@@ -1,43 +1,48 @@
-//! Sums over all nodes that a step leaves behind: forces, works, kinetic energy.
+//! Sums over all nodes in a step: forces, works, kinetic energy.
 //!
-//! Work is that of the leap-frog scheme itself: a force G at time t does `½ G·v⁻ Δt` with the
-//! velocity of the half step before and `½ G·v⁺ Δt` with the one after. Then kinetic energy
-//! `½ v⁻ m v⁺` plus strain energy minus work is constant to rounding for a linear model.
-//! Where the step changes, from Δt⁻ to Δt⁺, kinetic energy is `½ v⁻ m (v⁻ + Δt⁻/h (v⁺ − v⁻))`, `½ v m v` at the
-//! start of a stage, and a force does its work over h with the mean of both velocities.
+//! Work is that of the leap-frog scheme itself. A force G at time t does `½ G·v⁻ Δt` with the
+//! velocity of the half step before and `½ G·v⁺ Δt` with the velocity after. Kinetic energy
+//! `½ v⁻ m v⁺` plus strain energy minus work is then constant to rounding for a linear model.
+//!
+//! If the step changes from Δt⁻ to Δt⁺, kinetic energy is `½ v⁻ m (v⁻ + Δt⁻/h (v⁺ − v⁻))`. At the
+//! start of a stage it is `½ v m v`, and a force does its work over h with the mean of both
+//! velocities.
 
 use fearless_simd::{Simd, f64x4};
 
 use crate::math::exact::sum;
 use crate::math::lanes::{Lanes, splat};
 
-/// Sums over the nodes of a pack, or over all.
+/// Sums over the nodes of a pack, or of all packs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct StepSums {
-    /// `Σ F²`, the forces that are out of balance `[N²]`.
+    /// Squares `Σ F²` of the unbalanced forces `[N²]`.
     pub free: f64,
-    /// `Σ (Q + R)²`, loads and reactions `[N²]`.
+    /// Squares `Σ (Q + R)²` of loads and reactions `[N²]`.
     pub applied: f64,
-    /// `Σ F·v` of relaxation, with the velocity before or after `[W]`; `Σ v⁻ m (v⁺ − v⁻)` where the step changes `[J]`.
+    /// Power `Σ F·v` of relaxation with the velocity before or after `[W]`. If the step changes it
+    /// is `Σ v⁻ m (v⁺ − v⁻)` `[J]`.
     pub power: f64,
     /// Power of the loads at the half steps before and after `[W]`.
     pub loads: [f64; 2],
-    /// Power of the supports `[W]`.
+    /// Power of the supports, with the velocities before and after `[W]`.
     pub supports: [f64; 2],
-    /// Power that damping takes `[W]`.
+    /// Power that damping takes, with the velocities before and after `[W]`.
     pub damping: [f64; 2],
-    /// `½ Σ v⁻ m v⁺`, or `½ Σ v m v` of velocities at the present time `[J]`; in a trial.
+    /// Kinetic energy `½ Σ v⁻ m v⁺` `[J]`, or `½ Σ v m v` with velocities at the present time;
+    /// evaluated in a trial.
     pub kinetic: f64,
-    /// `½ Σ m (v⁺ − v⁻)²` `[J]`, where the step changes.
+    /// Kinetic energy `½ Σ m (v⁺ − v⁻)²` of the change of velocity, if the step changes `[J]`.
     pub change: f64,
-    /// `Σ v⁺·v⁺` of a step of relaxation `[m²]`.
+    /// Squares `Σ v⁺·v⁺` of the displacement increments in a step of relaxation `[m²]`.
     pub moved: f64,
-    /// Largest size of a component of velocity, by lane; over all packs in the first `[m/s]`.
+    /// Largest absolute velocity component in each lane `[m/s]`; in a total the first lane holds
+    /// that of all packs.
     pub fastest: Lanes,
 }
 
 impl StepSums {
-    /// Sum over packs, in whatever order.
+    /// Sum over packs, independent of their order.
     pub fn total(packs: &[Self]) -> Self {
         let of = |part: fn(&Self) -> f64| sum(packs.iter().map(part));
         let fastest = packs.iter().flat_map(|sums| sums.fastest.0).fold(0.0, f64::max);
@@ -55,8 +60,8 @@ impl StepSums {
         }
     }
 
-    /// Unbalanced force ratio `‖F_free‖ / ‖F_applied + reactions‖` (§7); not a number where
-    /// nothing is applied and forces are out of balance.
+    /// Unbalanced force ratio `‖F_free‖ / ‖F_applied + reactions‖` (§7). It is NaN if nothing is
+    /// applied and forces are unbalanced.
     pub fn ratio(&self) -> f64 {
         match (self.free, self.applied) {
             (0.0, _) => 0.0,
@@ -66,14 +71,14 @@ impl StepSums {
     }
 }
 
-/// Running sums of the four lanes while a pack is gone through: by rows of nodes, planes of rows, and all planes, so
-/// that chains of additions are short and the same wherever they are made.
+/// Running sums of the four lanes over a pack. They add by rows of nodes, planes of rows, and all
+/// planes. Chains of additions are therefore short and the same for every caller.
 #[derive(Clone, Copy)]
 pub struct SumsByRow<S: Simd> {
     row: RunningSum<S>,
     plane: RunningSum<S>,
     pack: RunningSum<S>,
-    /// Rows of a plane, and of the present one so far.
+    /// Rows of a plane, and rows of the present plane so far.
     rows: [usize; 2],
 }
 
@@ -119,14 +124,14 @@ impl<S: Simd> RunningSum<S> {
 }
 
 impl<S: Simd> SumsByRow<S> {
-    /// Of bodies with some elements along each edge.
+    /// Empty sums of blocks with some elements along each edge.
     #[inline(always)]
     pub fn new(simd: S, divisions: usize) -> Self {
         let none = RunningSum::new(simd);
         Self { row: none, plane: none, pack: none, rows: [divisions + 1, 0] }
     }
 
-    /// After the last node of each row.
+    /// Ends a row, after its last node.
     #[inline(always)]
     pub fn end_row(&mut self, simd: S) {
         self.plane.add(&self.row);
@@ -140,54 +145,57 @@ impl<S: Simd> SumsByRow<S> {
         }
     }
 
-    /// The force on one component of one node.
+    /// Adds the square of the force on one component of one node.
     #[inline(always)]
     pub fn force(&mut self, force: f64x4<S>) {
         self.row.free += force * force;
     }
 
-    /// The load on one component of one node and the velocities before and after.
+    /// Adds the power of a load on one component of one node, with the velocities before and after.
     #[inline(always)]
     pub fn loaded(&mut self, load: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
         self.row.loads[0] += load * before;
         self.row.loads[1] += load * after;
     }
 
-    /// The damping force `D` (against the motion) and the velocities before and after.
+    /// Adds the power of a damping force `D` (against the motion), with the velocities before and
+    /// after.
     #[inline(always)]
     pub fn damped(&mut self, force: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
         self.row.damping[0] += force * before;
         self.row.damping[1] += force * after;
     }
 
-    /// For relaxation: the force on a component and its velocity before.
+    /// Adds the square of the force on a component, and its power with the velocity before, for
+    /// relaxation.
     #[inline(always)]
     pub fn relaxed(&mut self, force: f64x4<S>, old: f64x4<S>) {
         self.row.free += force * force;
         self.row.power += force * old;
     }
 
-    /// For relaxation: the force on a component and the way that it goes.
+    /// Adds the power of the force on a component, and the square of its displacement increment,
+    /// for relaxation.
     #[inline(always)]
     pub fn moved(&mut self, force: f64x4<S>, new: f64x4<S>) {
         self.row.power += force * new;
         self.row.moved += new * new;
     }
 
-    /// Adds kinetic energies `½ m v⁻ v⁺`, of velocities half a step before and after.
+    /// Adds kinetic energies `½ m v⁻ v⁺` from velocities half a step before and after.
     #[inline(always)]
     pub fn kinetic(&mut self, mass: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
         self.row.kinetic += mass * before * after * 0.5;
     }
 
-    /// The velocity before and its change, where the step changes.
+    /// Adds the terms of a velocity change `more`, if the step changes.
     #[inline(always)]
     pub fn change(&mut self, mass: f64x4<S>, before: f64x4<S>, more: f64x4<S>) {
         self.row.power += mass * before * more;
         self.row.change += mass * more * more * 0.5;
     }
 
-    /// Into the sums of the pack.
+    /// Writes the sums of the pack to `sums`.
     #[inline(always)]
     pub fn give(self, sums: &mut StepSums) {
         debug_assert_eq!(self.rows[1], 0, "a plane has not ended");

@@ -1,8 +1,8 @@
-//! A value that counts its changes: what was derived from it is known to be out of date.
+//! Values that count their changes, so that data derived from them are known to be out of date.
 
 use std::ops::{Deref, DerefMut};
 
-/// A value and the number of times that it was lent to be changed.
+/// Value and the number of times that it was borrowed for changes.
 #[derive(Clone, Debug)]
 pub struct Tracked<T> {
     value: T,
@@ -10,7 +10,7 @@ pub struct Tracked<T> {
 }
 
 impl<T> Tracked<T> {
-    /// A value that nothing has changed yet.
+    /// Value without changes so far.
     pub fn new(value: T) -> Self {
         Self { value, revision: 0 }
     }

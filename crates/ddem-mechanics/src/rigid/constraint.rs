@@ -1,31 +1,31 @@
 //! Constraint of a rigid block's six degrees of freedom by supports at its corners.
 //!
-//! A support asks for the velocity of one corner along one axis, `e·v + (r × e)·ω`. All that the
-//! supports of a block ask for span a part of its motions; there they prescribe the velocity and
-//! answer with what is missing, as at any node, and the rest of the motions is free.
+//! A support prescribes the velocity of one corner along one axis, `e·v + (r × e)·ω`. The supports
+//! of a block span a subspace of its motions. In this subspace they prescribe the velocity and
+//! exert the reaction that it needs, as at any node. The other motions are free.
 
 use nalgebra::{Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
 use super::{MassProperties, RigidCoefficients, SpatialVector};
 
-/// Part of the largest eigenvalue below which a motion is not held.
+/// Fraction of the largest eigenvalue below which a motion is free.
 const NOTHING: f64 = 1e-9;
 
-/// The motions that are held, and what is asked of them. Turns count with the size of the block.
+/// Held motions and their prescribed velocities. Rotations are scaled by the size of the block.
 #[derive(Clone, Debug)]
 pub struct RigidConstraint {
-    /// Orthonormal motions, the first `count` of them held.
+    /// Orthonormal motions; the first `count` of them are held.
     motions: [Vector6<f64>; 6],
     count: usize,
-    /// `(Σ c cᵀ)⁺` over the supports.
+    /// Pseudoinverse `(Σ c cᵀ)⁺` over the rows c of the supports.
     inverse: Matrix6<f64>,
-    /// The velocities that come nearest to what is asked.
+    /// Velocities nearest to the prescribed ones.
     target: Vector6<f64>,
     size: f64,
 }
 
 impl RigidConstraint {
-    /// Of supports, each with its arm, axis and velocity; `None` without any.
+    /// Constraint by supports, each with its arm, axis and velocity; `None` without supports.
     #[inline]
     pub fn new(
         size: f64,
@@ -54,19 +54,19 @@ impl RigidConstraint {
         Some(Self { motions, count, inverse, target: inverse * asked, size })
     }
 
-    /// Every motion is held.
+    /// True if all six motions are held.
     pub(super) fn is_whole(&self) -> bool {
         self.count == 6
     }
 
-    /// The velocities nearest to what is asked.
+    /// Velocities nearest to the prescribed ones.
     #[inline]
     pub fn target(&self) -> SpatialVector {
         self.velocity(self.target)
     }
 
-    /// The wrench that makes held motions reach the target under (M2), given the velocities that
-    /// the step would end with without it.
+    /// Wrench with which held motions reach the target under (M2). `free` are the velocities at the
+    /// end of the step without it.
     #[inline]
     pub fn reaction_wrench(
         &self,
@@ -81,19 +81,19 @@ impl RigidConstraint {
             self.scaled(coefficients.accelerations(mass_properties, turn, &wrench))
         };
         let added: [Vector6<f64>; 6] = std::array::from_fn(added);
-        // Motions that are not held stay out with a unit diagonal.
+        // A unit diagonal decouples the motions that are not held.
         let matrix = Matrix6::from_fn(|i, k| match (i < self.count && k < self.count, i == k) {
             (true, _) => self.motions[i].dot(&added[k]),
             (false, same) => f64::from(u8::from(same)),
         });
         let wanted = Vector6::from_fn(|i, _| self.motions[i].dot(&missing));
-        // Held motions are independent of each other; were they not, the run would stop.
+        // Held motions are independent; otherwise NaN stops the run.
         let parts = matrix.lu().solve(&wanted).unwrap_or_else(|| Vector6::repeat(f64::NAN));
         let sum = (0..self.count).map(|k| self.motions[k] * parts[k]).sum();
         self.force(sum)
     }
 
-    /// Part of an answering wrench that the support with this arm and axis bears `[N]`.
+    /// Part of a reaction wrench that the support with this arm and axis carries `[N]`.
     #[inline]
     pub fn reaction(&self, answer: SpatialVector, arm: Vector3<f64>, axis: usize) -> f64 {
         let SpatialVector { linear, angular } = answer;
@@ -101,7 +101,7 @@ impl RigidConstraint {
         row(self.size, arm, axis).dot(&(self.inverse * scaled))
     }
 
-    /// Velocities with the held motions as they are asked for: no rounding lets them creep.
+    /// Velocities with the held motions set to their targets, so that rounding causes no drift.
     #[inline]
     pub fn enforce(&self, twist: SpatialVector) -> SpatialVector {
         if self.is_whole() {
@@ -114,14 +114,15 @@ impl RigidConstraint {
         self.velocity(scaled)
     }
 
-    /// The projection on motions that are not held; turns count with the size of the block.
+    /// Projection onto the motions that are not held. Rotations are scaled by the size of the
+    /// block.
     #[inline]
     pub fn free(&self) -> Matrix6<f64> {
         let held = self.motions[..self.count].iter();
         Matrix6::identity() - held.map(|motion| motion * motion.transpose()).sum::<Matrix6<f64>>()
     }
 
-    /// A wrench without what acts on held motions.
+    /// Wrench without its part on held motions.
     #[inline]
     pub fn without(&self, wrench: SpatialVector) -> SpatialVector {
         let mut scaled = joined(wrench.linear, wrench.angular / self.size);
@@ -146,7 +147,7 @@ impl RigidConstraint {
     }
 }
 
-/// `(e, r × e / size)`.
+/// Row `(e, r × e / size)` of a support.
 fn row(size: f64, arm: Vector3<f64>, axis: usize) -> Vector6<f64> {
     let along = Vector3::ith(axis, 1.0);
     joined(along, arm.cross(&along) / size)

@@ -1,11 +1,11 @@
-//! The rigid motion that is nearest to what the corners of a block are said to do.
+//! Rigid motion nearest to given motions of the corners of a block.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
 use super::{MassProperties, Pose};
 
 impl Pose {
-    /// With the shift and the turn of displacements of the corners `[m]`.
+    /// Pose with the translation and rotation nearest to displacements of the corners `[m]`.
     pub fn from_corners(
         mut self,
         mass_properties: &MassProperties,
@@ -17,11 +17,11 @@ impl Pose {
             let arm = mass_properties.arm(corner);
             stretch += (arm + u - self.shift) * arm.transpose();
         }
-        // Along its own axes a long block is as round as any.
+        // Division by the moments of the corners removes the influence of the block's shape.
         let edges = Matrix3::from_columns(&mass_properties.half);
         let round = edges.try_inverse().map(|inverse| stretch * inverse.transpose() * inverse);
         let turn = round.map_or_else(Rotation3::identity, |round| Rotation3::from_matrix(&round));
-        // No motion is no turn, to the last bit.
+        // Without relative displacements the rotation is exactly the identity.
         let still = displacements.iter().all(|u| *u == displacements[0]);
         self.turn = if still {
             UnitQuaternion::identity()
@@ -31,14 +31,14 @@ impl Pose {
         self
     }
 
-    /// With the velocities of velocities of the corners `[m/s]`.
+    /// Pose with the velocity and momentum nearest to velocities of the corners `[m/s]`.
     pub fn with_corner_velocities(
         mut self,
         mass_properties: &MassProperties,
         velocities: &[Vector3<f64>; 8],
     ) -> Self {
         self.velocity = velocities.iter().sum::<Vector3<f64>>() / 8.0;
-        // Eight equal points resist turning three times as much as the block does.
+        // Equal masses at the eight corners have three times the inertia of the block.
         let mut momentum = Vector3::zeros();
         for (corner, v) in velocities.iter().enumerate() {
             let arm = self.turn * mass_properties.arm(corner);

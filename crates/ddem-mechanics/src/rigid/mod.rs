@@ -1,9 +1,9 @@
-//! §8: one rigid block, its matter and its pose. Formulas of a block; no mesh, no loop over blocks.
+//! One rigid block, its mass properties and its pose (§8): formulas of a block, without mesh or
+//! loop over blocks.
 //!
-//! A rigid block is carried by its eight corners, which have displacements and velocities like any
-//! node: what acts on it acts on them. Here are the six degrees of freedom behind them. The momentum
-//! of the turning is kept in space, so that nothing but a torque changes it, and the turn is a
-//! quaternion.
+//! The eight corners of a rigid block have displacements and velocities like any node, and all
+//! forces act on them. This module has the six degrees of freedom behind them. The angular momentum
+//! is stored in space axes, so that only a torque changes it. The rotation is a quaternion.
 
 mod constraint;
 mod fit;
@@ -20,12 +20,12 @@ pub use constraint::RigidConstraint;
 pub struct MassProperties {
     /// Mass `[kg]`.
     pub mass: f64,
-    /// Half of the three edges at rest `[m]`.
+    /// Half edge vectors at rest `[m]`.
     pub half: [Vector3<f64>; 3],
     /// Inertia about the centroid at rest, `∫ (x² 1 − x xᵀ) ρ dV` `[kg m²]`.
     pub inertia: Matrix3<f64>,
     inverse: Matrix3<f64>,
-    /// Stiffness of all its joints against a shift along each axis `[N/m]`.
+    /// Translational stiffness of all its joints along each axis `[N/m]`.
     pub stiffness: Vector3<f64>,
 }
 
@@ -34,11 +34,11 @@ pub struct MassProperties {
 pub struct Pose {
     /// Displacement of the centroid `[m]`.
     pub shift: Vector3<f64>,
-    /// Turn from the reference position.
+    /// Rotation from the reference position.
     pub turn: UnitQuaternion<f64>,
     /// Velocity of the centroid `[m/s]`.
     pub velocity: Vector3<f64>,
-    /// Momentum of the turning, in space `[kg m²/s]`.
+    /// Angular momentum in space axes `[kg m²/s]`.
     pub momentum: Vector3<f64>,
 }
 
@@ -59,35 +59,36 @@ pub struct RigidIncrement {
     time_step: f64,
 }
 
-/// Coefficients of a rigid block's step, (M2): `v⁺ = a v + b F`, for the translation along each axis and for the
-/// angular momentum.
+/// Coefficients of a rigid block's step (M2), `v⁺ = a v + b F`, for the translation along each axis
+/// and for the angular momentum.
 #[derive(Clone, Copy, Debug)]
 pub struct RigidCoefficients {
-    /// h, the time between the half steps before and after `[s]`.
+    /// Time h between the half steps before and after `[s]`.
     pub interval: f64,
-    /// Damping `c/m` of the shift along each axis and of the turning `[1/s]`.
+    /// Damping rates `c/m` of the translation along each axis and of the rotation `[1/s]`.
     pub rates: [f64; 4],
 }
 
 impl MassProperties {
-    /// Of a parallelepiped with these edges.
+    /// Mass properties of a parallelepiped with these edges.
     #[inline]
     pub fn new(mass: f64, edges: [Vector3<f64>; 3], stiffness: Vector3<f64>) -> Self {
         let half = edges.map(|edge| edge * 0.5);
         let inertia = turned_spread(half) * (mass / 3.0);
-        // A block without volume cannot turn: a run with one diverges at once.
+        // A block without volume cannot rotate; NaN stops the run at once.
         let inverse = inertia.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         Self { mass, half, inertia, inverse, stiffness }
     }
 
-    /// From the centroid to a corner at rest (bit d: at the upper end of edge d) `[m]`.
+    /// Vector from the centroid to a corner at rest `[m]`. Bit d of its number is set at the upper
+    /// end of edge d.
     #[inline]
     pub fn arm(&self, corner: usize) -> Vector3<f64> {
         let sign = |d: usize| if corner >> d & 1 == 1 { 1.0 } else { -1.0 };
         self.half[0] * sign(0) + self.half[1] * sign(1) + self.half[2] * sign(2)
     }
 
-    /// Angular velocity of a momentum of turning at a turn.
+    /// Angular velocity for an angular momentum at a rotation `[rad/s]`.
     #[inline]
     pub fn angular_velocity(
         &self,
@@ -97,14 +98,14 @@ impl MassProperties {
         turn * (self.inverse * turn.inverse_transform_vector(&momentum))
     }
 
-    /// Angular momentum at a rotation, of an angular velocity.
+    /// Angular momentum for an angular velocity at a rotation `[kg m²/s]`.
     #[inline]
     pub fn momentum(&self, turn: &UnitQuaternion<f64>, spin: Vector3<f64>) -> Vector3<f64> {
         turn * (self.inertia * turn.inverse_transform_vector(&spin))
     }
 
-    /// Forces on the corners, `f_i = F/8 + θ × r_i`, that are equivalent to a wrench: θ such that
-    /// their torque is right. Eight corners resist turning three times as much as the block.
+    /// Corner forces `f_i = F/8 + θ × r_i` that are equivalent to a wrench, given by `F/8` and θ.
+    /// Equal masses at the eight corners have three times the inertia of the block.
     #[inline]
     pub fn corner_forces(
         &self,
@@ -115,7 +116,8 @@ impl MassProperties {
         SpatialVector { linear: wrench.linear / 8.0, angular }
     }
 
-    /// `I^{-½}`: turns in which every momentum weighs the same.
+    /// Square root `I^{-½}` of the inverse inertia. It scales rotations so that all have the same
+    /// inertia.
     #[inline]
     pub fn inverse_root(&self) -> Matrix3<f64> {
         let SymmetricEigen { eigenvalues, eigenvectors } = self.inverse.symmetric_eigen();
@@ -123,20 +125,20 @@ impl MassProperties {
         eigenvectors * Matrix3::from_diagonal(&roots) * eigenvectors.transpose()
     }
 
-    /// Length that makes torques comparable to forces `[m]`.
+    /// Length that makes torques comparable with forces `[m]`.
     #[inline]
     pub fn size(&self) -> f64 {
         (self.half.iter().map(Vector3::norm_squared).sum::<f64>() / 3.0).sqrt()
     }
 }
 
-/// `Σ_d (|h_d|² 1 − h_d h_dᵀ)`.
+/// Matrix `Σ_d (|h_d|² 1 − h_d h_dᵀ)` of the half edges.
 fn turned_spread(half: [Vector3<f64>; 3]) -> Matrix3<f64> {
     let moment: Matrix3<f64> = half.iter().map(|h| h * h.transpose()).sum();
     Matrix3::identity() * moment.trace() - moment
 }
 
-/// `(R − 1) x`, to rounding of itself.
+/// Displacement `(R − 1) x` by a rotation, accurate relative to its own size.
 #[inline]
 pub fn turned_away(turn: &UnitQuaternion<f64>, x: &Vector3<f64>) -> Vector3<f64> {
     let axis = turn.vector();
@@ -144,10 +146,10 @@ pub fn turned_away(turn: &UnitQuaternion<f64>, x: &Vector3<f64>) -> Vector3<f64>
     twice * turn.w + axis.cross(&twice)
 }
 
-/// The turn by a rotation vector, however short.
+/// Rotation by a rotation vector, accurate at any length.
 fn turn_by(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
     let half = 0.25 * rotation.norm_squared();
-    // cos x and sin x / x from x².
+    // cos x and sin x / x from x², by series for small x.
     let (cos, sinc) = if half < 1e-3 {
         let cos =
             1.0 - half / 2.0 * (1.0 - half / 12.0 * (1.0 - half / 30.0 * (1.0 - half / 56.0)));
@@ -162,13 +164,13 @@ fn turn_by(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
 }
 
 impl Pose {
-    /// The pose at rest.
+    /// Pose with zero velocity and momentum.
     #[inline]
     pub fn resting(self) -> Self {
         Self { velocity: Vector3::zeros(), momentum: Vector3::zeros(), ..self }
     }
 
-    /// Displacement of a corner `[m]`.
+    /// Displacement of the corner at an arm `[m]`.
     #[inline]
     pub fn displacement(&self, arm: &Vector3<f64>) -> Vector3<f64> {
         self.shift + turned_away(&self.turn, arm)
@@ -183,7 +185,7 @@ impl Pose {
         }
     }
 
-    /// Velocities after a step under a wrench.
+    /// Pose with the velocities after a step under a wrench.
     #[inline]
     pub fn accelerated(
         &self,
@@ -202,8 +204,9 @@ impl Pose {
         next
     }
 
-    /// Pose after a time, and the motion there: the block turns about the axis of its angular velocity at
-    /// half time. Leap-frog: second order, and momentum is kept exactly.
+    /// Pose after a time step, and the motion in it. The block rotates about the axis of its
+    /// angular velocity at half time. The scheme is leap-frog, of second order, and conserves
+    /// momentum exactly.
     #[inline]
     pub fn moved(
         &self,
@@ -211,7 +214,7 @@ impl Pose {
         time_step: f64,
     ) -> (Self, RigidIncrement) {
         let mut spin = mass_properties.angular_velocity(&self.turn, self.momentum);
-        // Halfway there is found in a few rounds: each is better by (ω Δt)².
+        // Each iteration for the state at half time reduces the error by (ω Δt)².
         for _ in 0..4 {
             let halfway = turn_by(spin * (0.5 * time_step)) * self.turn;
             spin = mass_properties.angular_velocity(&halfway, self.momentum);
@@ -221,7 +224,7 @@ impl Pose {
         (self.along(&du), du)
     }
 
-    /// The pose after a way.
+    /// Pose after an increment.
     fn along(&self, du: &RigidIncrement) -> Self {
         let turn = (du.turn * self.turn).into_inner();
         Self {
@@ -231,14 +234,14 @@ impl Pose {
         }
     }
 
-    /// Turned on by a time, with the momentum it has.
+    /// Pose rotated for a time at the angular velocity of its momentum.
     #[inline]
     pub fn turned_on(&self, mass_properties: &MassProperties, time: f64) -> Self {
         let spin = mass_properties.angular_velocity(&self.turn, self.momentum);
         Self { turn: turn_by(spin * time) * self.turn, ..*self }
     }
 
-    /// The pose with velocities interpolated towards those of another.
+    /// Pose with velocities interpolated towards those of another pose.
     #[inline]
     pub fn between(&self, other: &Self, part: f64) -> Self {
         Self {
@@ -248,14 +251,15 @@ impl Pose {
         }
     }
 
-    /// The pose with the difference of another's velocities to its own.
+    /// Pose with the velocities of another pose minus its own.
     #[inline]
     pub fn plus_velocities(&self, other: &Self) -> Self {
         let velocity = other.velocity - self.velocity;
         Self { velocity, momentum: other.momentum - self.momentum, ..*self }
     }
 
-    /// `½ v⁻ m v⁺` and the same of the turning, of this pose before and another after.
+    /// Kinetic energy `½ v⁻ m v⁺` of translation and rotation, from this pose before and another
+    /// pose after `[J]`.
     #[inline]
     pub fn kinetic(&self, after: &Self, mass_properties: &MassProperties) -> f64 {
         let shift = mass_properties.mass * self.velocity.dot(&after.velocity);
@@ -265,14 +269,15 @@ impl Pose {
 }
 
 impl RigidIncrement {
-    /// Mean velocity of the point at an arm before: its displacement over the time.
+    /// Mean velocity of the point at an arm before the step: its displacement over the time step
+    /// `[m/s]`.
     #[inline]
     pub fn velocity(&self, arm: &Vector3<f64>) -> Vector3<f64> {
         self.velocity + turned_away(&self.turn, arm) / self.time_step
     }
 }
 
-/// Unit length again, by one step of Newton's: what rounding adds never grows.
+/// Quaternion scaled to unit length by one Newton step, so that rounding errors do not accumulate.
 fn renormalised(q: Quaternion<f64>) -> Quaternion<f64> {
     q * (1.5 - 0.5 * q.norm_squared())
 }
@@ -284,7 +289,7 @@ impl RigidCoefficients {
         coefficients(1.0 / self.interval, rate)
     }
 
-    /// Accelerations that a wrench would make count: velocities that it adds.
+    /// Velocities that a wrench adds in one step.
     #[inline]
     pub fn accelerations(
         &self,

@@ -14,7 +14,7 @@ fn inertia_of_a_brick() {
     for (k, exact) in exact.into_iter().enumerate() {
         assert!((brick().inertia[(k, k)] / exact - 1.0).abs() < 1e-14);
     }
-    // Oblique edges: a sheared brick keeps the plane moments of its edges.
+    // A sheared brick keeps the plane moments of its edges.
     let edges = [Vector3::x(), Vector3::new(0.5, 1.0, 0.0), Vector3::z()];
     let sheared = MassProperties::new(12.0, edges, Vector3::zeros());
     assert!((sheared.inertia[(2, 2)] - (1.0 + 0.25 + 1.0)).abs() < 1e-14);
@@ -39,7 +39,8 @@ fn corners_bear_the_same_wrench() {
     assert!((force - wrench.linear).norm() < 1e-14 && (torque - wrench.angular).norm() < 1e-14);
 }
 
-/// A brick that tumbles about its middle axis, where turning is not stable: momentum and energy.
+/// A brick that tumbles about its middle axis, where rotation is unstable, conserves momentum and
+/// energy.
 #[test]
 fn a_free_brick_keeps_momentum_and_energy() {
     let mass_properties = brick();
@@ -81,13 +82,13 @@ fn a_hinge_leaves_one_turn() {
     let answer = constraint.reaction_wrench(&mass_properties, &WHOLE, &turn, free);
     let sum = SpatialVector { linear: weight.linear + answer.linear, angular: answer.angular };
     let twist = WHOLE.accelerations(&mass_properties, &turn, &sum);
-    // A pendulum of a plate: α = m g (b/2) / (m (b² + h²)/3).
+    // A plate that swings as a pendulum: α = m g (b/2) / (m (b² + h²)/3).
     let exact = 60.0 * 0.5 / (6.0 * 10.0 / 3.0) * 1e-3;
     assert!((twist.angular.y / exact - 1.0).abs() < 1e-12, "{}", twist.angular);
     for arm in arms {
         assert!((twist.linear + twist.angular.cross(&arm)).norm() < 1e-15);
     }
-    // Reactions add up to the answer.
+    // The reactions add up to the reaction wrench.
     let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
     for (arm, axis, _) in supports() {
         let reaction = Vector3::ith(axis, 1.0) * constraint.reaction(answer, arm, axis);

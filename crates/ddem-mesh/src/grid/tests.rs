@@ -2,7 +2,7 @@ use nalgebra::Vector3;
 
 use super::{Bounds, meeting};
 
-/// Numbers in [0, 1), always the same ones.
+/// Reproducible pseudorandom numbers in [0, 1).
 struct Numbers(u64);
 
 impl Numbers {
@@ -51,7 +51,7 @@ fn random_boxes() {
     let mut numbers = Numbers(1);
     for round in 0..30 {
         let spread = [1.0, 5.0, 20.0][round % 3];
-        // Of one size, of many, flat, long, points.
+        // Boxes of one size, of many sizes, flat, long, and points.
         check(&numbers.boxes(300, spread, |_| [1.0; 3]));
         check(&numbers.boxes(300, spread, |x| [0.01 / (x * x * x + 1e-5); 3]));
         check(&numbers.boxes(300, spread, |_| [1.0, 1.0, 0.0]));
@@ -61,7 +61,7 @@ fn random_boxes() {
             |x| if x < 0.5 { [8.0, 0.1, 0.1] } else { [0.1, 8.0, 0.1] },
         ));
         check(&numbers.boxes(300, spread, |x| if x < 0.7 { [0.0; 3] } else { [3.0; 3] }));
-        // Two kinds: few large ones, and about as many of each.
+        // Two kinds: few large boxes, and about equal numbers of each.
         check(&numbers.boxes(300, spread, |x| if x < 0.97 { [0.3; 3] } else { [9.0; 3] }));
         check(&numbers.boxes(300, spread, |x| if x < 0.51 { [0.1; 3] } else { [3.0; 3] }));
     }
@@ -74,7 +74,7 @@ fn a_lattice_of_cubes_that_touch() {
         Vector3::new((k % n) as f64, (k / n % n) as f64, (k / n / n) as f64) - Vector3::repeat(5.0)
     };
     let boxes: Vec<Bounds> = (0..n.pow(3)).map(|k| [low(k), low(k).add_scalar(1.0)]).collect();
-    // Each of the 26 neighbours, from both sides; those on the border have fewer.
+    // Each cube has 26 neighbours, found from both sides; border cubes have fewer.
     let ways = (3 * n - 2).pow(3) - n.pow(3);
     let found = meeting(&boxes);
     assert_eq!(found.len(), ways / 2);
@@ -86,12 +86,12 @@ fn extreme_boxes() {
     let mut numbers = Numbers(2);
     let mut boxes = numbers.boxes(200, 5.0, |_| [1.0; 3]);
     let cube = |at: f64, size: f64| [Vector3::repeat(at), Vector3::repeat(at + size)];
-    // Far away, and where cells share a key with those here.
+    // Far away, and at cells that share a key with those here.
     boxes.extend([cube(1e9, 1.0), cube(1e9, 0.5), cube(-1e18, 1.0), cube(1e300, 1e290)]);
     boxes.extend_from_within(..200);
     boxes[204..].iter_mut().flatten().for_each(|x| x.add_scalar_mut(f64::from(1 << 21)));
     check(&boxes);
-    // Over all; through all; not finite; inside out.
+    // Over everything; through everything; not finite; inverted.
     boxes.extend([[-1e308, 1e308].map(Vector3::repeat), cube(-1e300, 2e300)]);
     boxes.push([Vector3::new(-1e12, 1.0, 1.0), Vector3::new(1e12, 1.1, 1.1)]);
     boxes.extend([cube(f64::NAN, 1.0), cube(f64::NEG_INFINITY, 1.0), cube(0.0, f64::INFINITY)]);
@@ -104,7 +104,7 @@ fn extreme_boxes() {
     check(&[cube(0.0, 5e-324), cube(0.0, 0.0), cube(5e-324, 1e-310)]);
 }
 
-/// Neither what lies far apart nor what is large fills memory or takes long.
+/// Neither distant nor large boxes fill the memory or take long.
 #[test]
 fn many_boxes() {
     let mut numbers = Numbers(3);

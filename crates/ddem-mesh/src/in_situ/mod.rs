@@ -1,9 +1,9 @@
-//! §12: the stress that is in place at the start.
+//! Initial stress of blocks and joints (§12).
 //!
 //! A stress `σ⁰(X)`, linear in the reference position, is part of the stress of an element,
-//! `σ = R (σ⁰ + C:ε) Rᵀ`. Its nodal forces `∫ Bᵀσ⁰ dV` are exact for linear stress and stay the same
-//! in the frame of the block, so that they are added to `K ũ` before it is turned. The energy is
-//! that of the whole stress, `½ ∫ σ:C⁻¹:σ dV = ½ ũ·Kũ + ũ·∫Bᵀσ⁰ dV + ½ ∫ σ⁰:C⁻¹:σ⁰ dV`.
+//! `σ = R (σ⁰ + C:ε) Rᵀ`. Its nodal forces `∫ Bᵀσ⁰ dV` are exact for linear stress. They are
+//! constant in the frame of the block and are therefore added to `K ũ` before the rotation. The
+//! energy is that of the whole stress, `½ ∫ σ:C⁻¹:σ dV = ½ ũ·Kũ + ũ·∫Bᵀσ⁰ dV + ½ ∫ σ⁰:C⁻¹:σ⁰ dV`.
 
 mod stress;
 
@@ -21,21 +21,21 @@ use ddem_mechanics::math::lanes::{Lanes, splat};
 pub use stress::Stress;
 pub use stress::between;
 
-/// Nodal forces and energy of the stress in one lattice of elements of a pack.
+/// Nodal forces and energy of the initial stress in one lattice of elements of a pack.
 #[derive(Debug)]
 struct InitialForces {
-    /// `∫ Bᵀσ⁰ dV` at its nodes `[N]`.
+    /// Nodal forces `∫ Bᵀσ⁰ dV` `[N]`.
     forces: Vec<Lanes>,
-    /// `½ ∫ σ⁰:C⁻¹:σ⁰ dV` `[J]`.
+    /// Energy `½ ∫ σ⁰:C⁻¹:σ⁰ dV` `[J]`.
     energy: Lanes,
-    /// Both of each element, where elements can fail.
+    /// Forces and energy of each element, for joints, whose elements can fail.
     elements: Vec<([[Lanes; 3]; 8], Lanes)>,
 }
 
-/// No stress in a lattice.
+/// Marker for a lattice without initial stress.
 const NO_FIELD: u32 = u32::MAX;
 
-/// The stress in all blocks and joints; equal lattices share theirs.
+/// Initial stress in all blocks and joints; equal lattices share their data.
 #[derive(Debug)]
 pub struct InSitu {
     blocks: Vec<Option<Stress>>,
@@ -43,7 +43,7 @@ pub struct InSitu {
     of_pack: Vec<[u32; 8]>,
 }
 
-/// A lattice of elements that bears the stress.
+/// Lattice of elements that carries an initial stress.
 #[derive(Clone, Copy, Debug)]
 pub struct InSituLattice<'a> {
     field: &'a InitialForces,
@@ -51,7 +51,7 @@ pub struct InSituLattice<'a> {
 }
 
 impl InSitu {
-    /// `None` where no block has a stress.
+    /// Initial stress of a model; `None` if no block has one.
     pub fn new(
         blocks: Vec<Option<Stress>>,
         geometry: &Geometry,
@@ -77,7 +77,7 @@ impl InSitu {
         Some(in_situ)
     }
 
-    /// The stress in each block that is there.
+    /// Initial stress of each block that has not been removed.
     pub fn without(self, geometry: &Geometry) -> Vec<Option<Stress>> {
         let there = |(block, stress): (usize, Option<Stress>)| {
             stress.filter(|_| !geometry.is_removed(block))
@@ -85,7 +85,7 @@ impl InSitu {
         self.blocks.into_iter().enumerate().map(there).collect()
     }
 
-    /// Stress of a block, if it has one.
+    /// Initial stress of a block, if it has one.
     pub fn of(&self, block: usize) -> Option<Stress> {
         self.blocks[block]
     }
@@ -112,7 +112,7 @@ impl InSitu {
             + self.fields.iter().map(of).sum::<usize>()
     }
 
-    /// Stress of a joint lattice, or of a body: the mean of the blocks around.
+    /// Initial stress of a block, or of a joint lattice as the mean of the surrounding blocks.
     fn around(&self, geometry: &Geometry, block: usize, offset: usize) -> Option<Stress> {
         let parts = (0..8).filter(|part| part & !offset == 0);
         let step = |part: usize| [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
@@ -130,7 +130,7 @@ impl InSitu {
     ) -> Option<InitialForces> {
         let table = assembly.pack_tables[index][offset];
         let pack = &packs.packs[index];
-        // The joints of rigid bodies are springs.
+        // The joints of rigid blocks are springs.
         if table == NO_TABLE || (pack.rigid && offset != 0) {
             return None;
         }
@@ -159,8 +159,8 @@ impl InSitu {
         any.then_some(field)
     }
 
-    /// Traction of a pair at the start, along the joint's own axes, in a joint that is springs then
-    /// `[Pa]`: what the faces of the blocks ask for.
+    /// Initial tractions of the pairs of a spring joint along the joint's axes `[Pa]`, from the
+    /// mean stress of its two blocks.
     pub fn tractions(
         &self,
         geometry: &Geometry,
@@ -189,7 +189,8 @@ impl InSitu {
             let middle = (nodes[node_pair.sides[0]] + nodes[node_pair.sides[1]]) * 0.5;
             for e in node_pair.elements() {
                 let centre = corners[e].iter().sum::<Vec3>() / 4.0;
-                // ∫ N σ dA over a quarter of its area: a third of the way out from the centre.
+                // ∫ N σ dA is a quarter of the element's area times σ at a third of the way from
+                // its centre to the pair.
                 let there = centre + (middle - centre) / 3.0;
                 *traction += section.axes.tr_mul(&(stress.at(&there) * normal)) * node_pair.share();
             }
@@ -263,7 +264,7 @@ impl InitialForces {
         }
     }
 
-    /// Key that is equal for equal lattices.
+    /// Key for the comparison of lattices; equal lattices have equal keys.
     fn key(&self) -> Vec<u64> {
         let own = self
             .elements
@@ -276,7 +277,7 @@ impl InitialForces {
 }
 
 impl InSituLattice<'_> {
-    /// Adds the nodal forces of the elements that are left to `g`.
+    /// Adds the nodal forces of the remaining elements to `g`.
     #[inline(always)]
     pub fn add<S: Simd>(self, simd: S, alive: Option<&[Lanes]>, g: &mut [Lanes]) {
         let Some(alive) = alive else {
@@ -296,7 +297,8 @@ impl InSituLattice<'_> {
         }
     }
 
-    /// Energy of the elements that are left beyond `½ Σ u·g`, with `g` as [`add`](Self::add) leaves it `[J]`.
+    /// Energy of the remaining elements in excess of `½ Σ u·g`, with `g` after [`add`](Self::add)
+    /// `[J]`.
     #[inline(always)]
     pub fn energy<S: Simd>(self, simd: S, alive: Option<&[Lanes]>, u: &[Lanes]) -> f64x4<S> {
         let mut work = splat(simd, 0.0);

@@ -1,4 +1,4 @@
-//! The stress of a block, and what it does in an element.
+//! Initial stress of a block, and its forces and energy in an element.
 
 use nalgebra::Matrix3;
 
@@ -6,18 +6,18 @@ use crate::Vec3;
 use crate::assembly::Element;
 use ddem_mechanics::element::Elastic;
 
-/// A stress xx yy zz xy yz zx that is linear in the position.
+/// Stress xx yy zz xy yz zx that is linear in the position.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stress {
-    /// At the origin `[Pa]`.
+    /// Stress at the origin `[Pa]`.
     pub origin: [f64; 6],
-    /// For each metre along x, y and z `[Pa/m]`.
+    /// Gradients along x, y and z `[Pa/m]`.
     pub gradient: [[f64; 6]; 3],
 }
 
-/// Traction at the points between two faces that do not match, where they are at rest, on the block
-/// that `normal` leaves `[Pa]`: what both faces ask for. The quadrilaterals are the common parts that have
-/// points at their corners alone.
+/// Initial tractions at the points of a nonconforming joint at rest, on the block that `normal`
+/// points out of `[Pa]`. They follow from the mean stress of both blocks. `quads` are the common
+/// parts of the faces that have points only at their corners.
 pub fn between(
     both: [Option<Stress>; 2],
     normal: &Vec3,
@@ -27,14 +27,14 @@ pub fn between(
     let stress = Stress::mean(&both)?;
     let mut sums = vec![(0.0, Vec3::zeros()); points.len()];
     for quad in quads {
-        // The last corner of a triangle is there twice.
+        // A triangle repeats its last corner.
         let corners = if quad[2] == quad[3] { &quad[..3] } else { &quad[..] };
         let at = |corner: &u32| points[*corner as usize];
         let centre = corners.iter().map(at).sum::<Vec3>() / corners.len() as f64;
         let [a, b, c] = [0, 1, 2].map(|k| at(&corners[k]));
         let area = (b - a).cross(&(c - a)).norm();
         for corner in corners {
-            // ∫ N σ dA over the part, N linear in a triangle and bilinear in a parallelogram.
+            // ∫ N σ dA over the part, with N linear in a triangle and bilinear in a parallelogram.
             let there = centre + (at(corner) - centre) / (7 - corners.len()) as f64;
             let (weight, sum) = &mut sums[*corner as usize];
             *weight += area;
@@ -53,13 +53,13 @@ impl Stress {
         matrix(&self.origin) + self.along(x)
     }
 
-    /// Change along a vector.
+    /// Change of stress along a vector `[Pa]`.
     fn along(&self, x: &Vec3) -> Matrix3<f64> {
         let [a, b, c] = self.gradient.each_ref().map(matrix);
         a * x.x + b * x.y + c * x.z
     }
 
-    /// `∂σ_ij/∂x_j`, what bears a weight `[N/m³]`.
+    /// Divergence `∂σ_ij/∂x_j`, which carries a weight `[N/m³]`.
     pub fn divergence(&self) -> Vec3 {
         let [x, y, z] = &self.gradient;
         let [xx, yy, zz, xy, yz, zx] = [0, 1, 2, 3, 4, 5];
@@ -82,12 +82,13 @@ impl Stress {
         Some(mean)
     }
 
-    /// `∫ Bᵀσ⁰ dV` at the corners of an element, x fastest, and `½ ∫ σ⁰:C⁻¹:σ⁰ dV`.
+    /// Nodal forces `∫ Bᵀσ⁰ dV` at the corners of an element, x fastest, and energy
+    /// `½ ∫ σ⁰:C⁻¹:σ⁰ dV`.
     pub(super) fn element_forces(&self, centre: &Vec3, element: &Element) -> ([Vec3; 8], f64) {
         let middle = self.at(centre);
         // Over ξ, η, ζ from −1 to 1: σ = middle + Σ_d ξ_d slopes_d.
         let slopes = element.edges.map(|edge| self.along(&(edge * 0.5)));
-        // An element without volume has no forces: a run with one diverges at once.
+        // An element without volume has no forces; NaN stops the run at once.
         let inverse = Matrix3::from_columns(&element.edges).try_inverse();
         let inverse = inverse.unwrap_or_else(|| Matrix3::repeat(f64::NAN));
         let normals = [0, 1, 2].map(|d| inverse.row(d).transpose() * (element.volume / 4.0));
@@ -107,7 +108,7 @@ impl Stress {
     }
 }
 
-/// `½ σ:C⁻¹:σ` `[J/m³]`.
+/// Energy density `½ σ:C⁻¹:σ` `[J/m³]`.
 fn energy_density(elastic: &Elastic, stress: &Matrix3<f64>) -> f64 {
     let &Elastic { lambda, shear, .. } = elastic;
     let trace = stress.trace();

@@ -5,7 +5,7 @@ use crate::collide::tests::{Numbers, close};
 
 const SQUARE: [Point; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
-/// A convex quadrilateral of about unit size.
+/// Convex quadrilateral of about unit size.
 fn any_quad(numbers: &mut Numbers) -> [Point; 4] {
     let (sine, cosine) = numbers.within(4.0).sin_cos();
     let (centre, aspect) = ([numbers.within(0.7), numbers.within(0.7)], 0.3 + numbers.next());
@@ -22,7 +22,7 @@ fn moved(quad: &[Point; 4], by: Point) -> [Point; 4] {
 
 #[test]
 fn overlaps_by_hand() {
-    // A square turned by 45°: a regular octagon.
+    // A square rotated by 45° gives a regular octagon.
     let diamond = [[SQRT_2, 0.0], [0.0, SQRT_2], [-SQRT_2, 0.0], [0.0, -SQRT_2]];
     let octagon = overlap(&SQUARE, &diamond);
     assert_eq!(octagon.as_slice().len(), 8);
@@ -49,13 +49,13 @@ fn overlaps_by_hand() {
         }
     }
 
-    // An outline within: its corners, and where they are in the quadrilateral.
+    // An outline inside the quadrilateral: its corners, and their bilinear coordinates.
     let within = overlap(&SQUARE, &[[0.0, 0.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]]);
     assert!(close(within.area(), 0.25));
     for vertex in within.as_slice() {
         assert!((0..2).all(|i| close(vertex.on[i], 0.5 * (vertex.at[i] + 1.0))));
     }
-    // A corner that sticks out over the edge: a triangle.
+    // A corner that extends over the edge gives a triangle.
     let triangle = overlap(&diamond, &moved(&SQUARE, [2.0, 0.0]));
     assert!(close(triangle.area(), (SQRT_2 - 1.0).powi(2)));
     assert_eq!(triangle.as_slice().len(), 3);
@@ -70,11 +70,12 @@ fn degenerate_quadrilaterals_have_no_area() {
         let on = bilinear(&none, [0.3, 0.1]);
         assert!(on.iter().all(|x| (-0.5..=1.5).contains(x)), "{on:?}");
     }
-    // A triangle is a quadrilateral with two corners in one place.
+    // A triangle is a quadrilateral with two coincident corners.
     let triangle = [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, 1.0]];
     assert!(close(overlap(&triangle, &SQUARE).area(), 2.0));
     assert!(close(overlap(&SQUARE, &triangle).area(), 2.0));
-    // Not convex, or crossed: anything, but no panic and no negative area.
+    // Nonconvex or self-crossing quadrilaterals may give any result, but no panic and no negative
+    // area.
     let mut numbers = Numbers(3);
     for _ in 0..10_000 {
         let mut wild = || [0; 4].map(|_| [numbers.within(1.0), numbers.within(1.0)]);
@@ -120,7 +121,7 @@ fn random_overlaps() {
     assert!(counts[0] > 100 && counts[3..].iter().all(|&count| count > 20), "{counts:?}");
 }
 
-/// Area and first moments against those of a fine grid of points.
+/// Checks area and first moments against those of a fine grid of points.
 fn check_moments(quad: &[Point; 4], outline: &[Point; 4]) {
     let (n, part) = (1000, overlap(quad, outline));
     let step = 4.0 / n as f64;
@@ -139,7 +140,7 @@ fn check_moments(quad: &[Point; 4], outline: &[Point; 4]) {
     }
 }
 
-/// Sums of linear functions are those of the polygon, by the formulas for its area and centroid.
+/// Sums of linear functions equal those from the formulas for area and centroid of the polygon.
 #[test]
 fn areas_are_exact_for_linear_functions() {
     let mut numbers = Numbers(5);
@@ -161,8 +162,8 @@ fn areas_are_exact_for_linear_functions() {
     }
 }
 
-/// Area that goes to each corner changes as little as the outline moves, whatever vertices come,
-/// go or meet on the way.
+/// The area of each corner changes no faster than the outline moves, even if vertices appear,
+/// vanish or merge.
 #[test]
 fn shares_of_the_corners_are_continuous() {
     let shares = |outline: &[Point; 4]| {
