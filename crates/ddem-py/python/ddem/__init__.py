@@ -1,6 +1,7 @@
-"""ddem computes jointed rock: blocks meshed with hexahedra, joints of real thickness between them.
+"""Deformable block discrete element program for jointed rock.
 
-A :class:`Model` is a deck being written, :meth:`Model.build` makes a :class:`Simulation` of it.
+Blocks are meshed with hexahedra; the joints between them have real thickness. A :class:`Model` is a
+deck in memory, and :meth:`Model.build` makes a :class:`Simulation` of it.
 
 >>> rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
 >>> seam = ddem.Joint(thickness=0.01, material=rock)

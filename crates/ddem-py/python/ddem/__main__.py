@@ -1,4 +1,4 @@
-"""``python -m ddem plot DIR``: the command that ``ddem plot`` calls."""
+"""Command ``python -m ddem plot DIR``, which ``ddem plot`` calls."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ._names import JOINTS, one_of
 from ._plot import plot
 from ._results import Results
 
-# A model that is so much thinner along an axis is seen along it.
+# A model is thin if its smallest size is below this part of the next larger one.
 _THIN = 0.1
 
 
@@ -41,7 +41,7 @@ def _frame(text: str) -> int:
 
 
 def draw(given: argparse.Namespace) -> Path:
-    """Draws a picture of a folder of results, and says where it is."""
+    """Draw a picture of a folder of results and return its path."""
     results = Results(given.folder)
     if not -len(results) <= given.frame < len(results):
         raise ValueError(f"--frame: {given.frame} is not there, there are {len(results)} frames")
@@ -60,14 +60,14 @@ def draw(given: argparse.Namespace) -> Path:
 
 
 def _view(points: Any) -> str:
-    """The side of a slab; other models are seen from a corner."""
+    """View of a thin model along its thin axis, and of any other model from a corner."""
     size = np.ptp(points, axis=0)
     thin = size < _THIN * np.sort(size)[1]
     return dict(zip((0, 1, 2), ("yz", "xz", "xy")))[int(size.argmin())] if thin.any() else "iso"
 
 
 def main() -> int:
-    """Exit status: 2 where what is asked for cannot be drawn."""
+    """Run the command and return its exit status: 2 if the picture cannot be drawn, otherwise 0."""
     given = _arguments().parse_args()
     try:
         print(draw(given))

@@ -1,4 +1,4 @@
-"""Films of results: one scene, whose points and colours follow the frames."""
+"""Films of results: one scene whose points and colours change with the frames."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from ._scene import Floats, Frame, automatic_scale, frame_of, outside, values_of
 
 Picture = npt.NDArray[np.uint8]
 
-# Colours of a film as .gif, and pictures from which they are chosen.
+# Number of colours of a .gif, and approximate number of pictures that they are chosen from.
 _COLOURS, _SAMPLES = 128, 6
-# How long a .gif rests on its last picture [ms].
+# Shortest time for which a .gif shows its last picture [ms].
 _REST = 1500
-# The angle that PyVista's camera sees, from its middle to its upper edge.
+# Tangent of half the view angle of PyVista's camera, from the centre to the upper edge.
 _HALF = np.tan(np.radians(15.0))
 
 
@@ -47,43 +47,44 @@ def animate(
     background: str = "white",
     window_size: tuple[int, int] = (900, 600),
 ) -> Path:
-    """Draw the frames of results as a film. Blocks that have been removed are not shown.
+    """Draw the frames of results as a film, without removed blocks.
 
-    Colours, magnification and camera are the same in all pictures, so that they can be compared.
+    Colours, magnification and camera are the same in all frames, so that frames can be compared.
 
     Parameters
     ----------
     results : Results, str or os.PathLike
         Results, or their folder.
     file : str or os.PathLike, optional
-        Film to write, ``.gif`` or ``.mp4``; the latter needs ``pip install "imageio[ffmpeg]"``.
+        Film to write, ``.gif`` or ``.mp4``; ``.mp4`` needs ``pip install "imageio[ffmpeg]"``.
     field : str or array, optional
-        What colours the blocks, as in :func:`plot`: the name of a field, or numbers of your own of
-        nodes or elements, which stay from frame to frame; where they are NaN blocks are grey. By
-        default the displacement.
+        Colour of the blocks, as in :func:`plot`: the name of a field, or your own array with a row
+        for each node or element. An array is the same in all frames; blocks are grey where it is
+        NaN. By default the displacement.
     component : str, optional
-        Of vectors and stresses, as in :func:`plot`.
+        Component of vectors and stresses, as in :func:`plot`.
     scale : float, optional
-        Magnification of the displacements; chosen from the largest of them without it.
+        Magnification of the displacements; by default chosen from the largest displacement.
     frames : slice or sequence of int, optional
-        Which frames; ``slice(None, None, 2)`` takes every other one. By default all.
+        Frames to draw; ``slice(None, None, 2)`` takes every second one. By default all.
     fps : float, optional
-        Pictures in a second. A ``.gif`` rounds their time to hundredths of a second.
+        Frames per second. In a ``.gif`` the time of each is rounded to hundredths of a second.
     view : str, optional
-        Direction of view, as in :func:`plot`, with all that moves in the picture.
+        Direction of view, as in :func:`plot`. The picture fits the blocks of all frames, except
+        the few that are far away.
     camera : (position, focal point, up), optional
-        Instead of `view`, three points as ``plotter.camera_position`` of PyVista: how far away the
-        position is says how much is seen.
+        Camera instead of `view`, in the form of PyVista's ``plotter.camera_position``. The distance
+        between position and focal point sets the size of the part that is seen.
     cmap : str or matplotlib.colors.Colormap, optional
-        Colours, as in :func:`plot`.
+        Colour map, as in :func:`plot`.
     clim : (float, float), optional
-        Values at the ends of the colours; those of all frames without it.
+        Values at the ends of the colour map; by default the range of all frames.
     edges : {"blocks", "elements", "none"}, optional
-        Which lines are drawn.
+        Lines to draw.
     label : str, optional
         Title of the colour bar.
     title : str, optional
-        Title of the film; that of the model without it.
+        Title of the film; by default that of the model.
     background : str, optional
         Any colour that PyVista knows.
     window_size : (int, int), optional
@@ -92,14 +93,15 @@ def animate(
     Returns
     -------
     pathlib.Path
-        The file.
+        Path of the film.
 
     Raises
     ------
     TypeError
-        If `results` are neither Results nor a path.
+        If `results` is neither Results nor a path.
     ValueError
-        If a name is wrong, there are no frames, or the file is neither ``.gif`` nor ``.mp4``.
+        If a name is unknown, `fps`, `camera` or `window_size` is invalid, there are no frames, or
+        the file is neither ``.gif`` nor ``.mp4``.
     FileNotFoundError
         If the folder has no results.
     ImportError
@@ -158,7 +160,7 @@ def animate(
 
 
 def _numbers(results: Results, frames: slice | Iterable[int] | None) -> list[int]:
-    """The frames to draw."""
+    """Numbers of the frames to draw."""
     every = range(len(results))
     if frames is None or isinstance(frames, slice):
         numbers = list(every[frames or slice(None)])
@@ -174,7 +176,10 @@ def _numbers(results: Results, frames: slice | Iterable[int] | None) -> list[int
 
 
 class _Drawn:
-    """Layers of one frame after the other; faces and lines are looked for when blocks go."""
+    """Layers of one frame after another.
+
+    Outer faces and lines are found again only if the removed blocks change or fragments are coloured.
+    """
 
     def __init__(
         self,
@@ -187,14 +192,14 @@ class _Drawn:
         self.frame: Frame
         self._results, self._shown, self._edges = results, shown, edges
         self._cmap, self._clim = bar
-        # Colours of fragments tell neighbours apart, which are others in every frame.
+        # Neighbouring fragments differ in colour, and neighbours change from frame to frame.
         self._changing = isinstance(shown[0], str) and shown[0] == "fragment"
         self._range = (np.inf, -np.inf)
         self._layers: list[Layer] = []
         self._removed: npt.NDArray[np.bool_] | None = None
 
     def at(self, number: int, anew: bool = False) -> list[Layer]:
-        """Layers of a frame; the next call changes them."""
+        """Layers of a frame, which the next call of this method changes."""
         frame = self.frame = frame_of(self._results, number, joints=False)
         same = self._removed is not None and np.array_equal(frame.removed, self._removed)
         if anew or self._changing or not same:
@@ -221,7 +226,7 @@ class _Drawn:
         return self._layers
 
     def widen(self) -> None:
-        """Makes the colours reach over the values of this frame, too."""
+        """Extend the range of the colour map to the values of this frame."""
         values = self._layers[0].values
         if values is not None and (finite := values[np.isfinite(values)]).size:
             low, high = self._range
@@ -238,7 +243,7 @@ class _Extent:
         self._most = np.zeros((1, 3))
 
     def add(self, layers: list[Layer], frame: Frame) -> None:
-        """Takes a frame in, as it is drawn and as it was at the start."""
+        """Include a frame: the drawn positions of its blocks, and their displacements."""
         rows, far = layers[0].nodes, layers[0].far
         if rows is None or len(rows) == 0:
             return
@@ -254,12 +259,12 @@ class _Extent:
             self._high[at] = np.maximum(self._high[at], seen.max(axis=0))
 
     def choose(self, points: Floats) -> float:
-        """The magnification for the largest displacement."""
+        """Magnification that suits the largest displacement."""
         return automatic_scale(points, self._most)
 
     def corners(self, scale: float) -> Floats:
-        """A box around everything, seen along its edges."""
-        # Where the magnification was chosen in the end, no displacement is larger than the largest.
+        """Corners of a box around all frames, with edges along the axes of the view."""
+        # If the magnification was chosen later, the largest displacements bound the additional ones.
         more = scale - self._scale
         low = self._low[0] + more * np.minimum(self._low[1], 0.0)
         high = self._high[0] + more * np.maximum(self._high[1], 0.0)
@@ -269,17 +274,17 @@ class _Extent:
 
 
 def _show(plotter: Any, layers: list[Layer]) -> None:
-    """Gives the meshes of the scene the points and values of these layers."""
+    """Give the meshes of the scene the points and values of the layers."""
     for layer in layers:
         actor = plotter.actors.get(layer.name)
         if actor is None:
             continue
-        # In place it would not do: PyVista draws a copy that it makes of the mesh.
+        # A new mesh, not changes in place: PyVista draws a copy of the mesh.
         actor.mapper.dataset = _draw.mesh_of(layer)
 
 
 def _aim(plotter: Any, camera: Sequence[Sequence[float]]) -> None:
-    """Looks from a point to another, with parallel lines of sight."""
+    """Point the camera from its position to the focal point, in parallel projection."""
     points = np.asarray(camera, np.float64)
     if points.shape != (3, 3) or not np.isfinite(points).all():
         raise ValueError("camera: three points are needed: position, focal point and up")
@@ -294,7 +299,7 @@ Draw = Callable[[int], Picture]
 
 
 def _gif(path: Path, draw: Draw, numbers: list[int], fps: float) -> None:
-    """One palette for all pictures: what stands still costs nothing then."""
+    """Write a .gif with one palette for all pictures, so that unchanged areas take no space."""
     from PIL import Image
 
     samples = numbers[:: max(1, len(numbers) // _SAMPLES)]
@@ -313,7 +318,7 @@ def _gif(path: Path, draw: Draw, numbers: list[int], fps: float) -> None:
 
 
 def _mp4() -> Callable[[Path, Draw, list[int], float], None]:
-    """Writer of films by ffmpeg, once it is known to be there."""
+    """Return the function that writes a film with ffmpeg; raise an ImportError if ffmpeg is missing."""
     try:
         import imageio_ffmpeg  # noqa: F401
         from imageio.v2 import get_writer
@@ -321,7 +326,7 @@ def _mp4() -> Callable[[Path, Draw, list[int], float], None]:
         raise ImportError('films as .mp4 need pip install "imageio[ffmpeg]"') from missing
 
     def write(path: Path, draw: Draw, numbers: list[int], fps: float) -> None:
-        # Of both widths ffmpeg wants an even number.
+        # ffmpeg needs an even width and an even height.
         writer: Any = get_writer(path, fps=fps, macro_block_size=2)
         with writer as film:
             for number in numbers:

@@ -1,4 +1,4 @@
-"""The compiled part of ddem; its docstrings say shapes, units and errors."""
+"""Compiled part of ddem. Its docstrings give shapes, units and errors."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Final, Literal, final

@@ -1,4 +1,4 @@
-"""Layers as a scene of PyVista: faces, lines, bars, text and the camera."""
+"""PyVista scene of layers: faces, lines, colour bars, text and camera."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from ._layers import INK, Bar, Layer, ticks
 from ._scene import Floats
 
-# From where the model is seen, and what is up there.
+# Direction from the model to the camera, and upward direction, of each view.
 VIEWS = {
     "iso": ((0.55, -1.0, 0.5), (0.0, 0.0, 1.0)),
     "xy": ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0)),
@@ -21,13 +21,13 @@ VIEWS = {
 }
 
 
-# PyVista's own types do not let some of its methods be called: here its objects are Any.
+# The type hints of PyVista reject some valid calls: its objects are Any here.
 def fill(plotter: Any, layers: list[Layer], words: list[str], view: str, background: str) -> Any:
-    """Puts layers, bars, title and the line below it into a scene; gives that line."""
+    """Add layers, bars, title and the line below it to a scene; return the actor of that line."""
     import pyvista as pv
 
     plotter.set_background(background)
-    # Little shade, from the eye: colours must be found again in the bar.
+    # Light from the camera, with little shading: colours must match those of the bar.
     plotter.add_light(pv.Light(light_type="headlight"))
     ink = INK if sum(pv.Color(background).float_rgb) > 1.5 else "white"
     drawn: list[tuple[Bar, Any]] = []
@@ -58,7 +58,7 @@ def fill(plotter: Any, layers: list[Layer], words: list[str], view: str, backgro
 
 
 def _lines(plotter: Any, layer: Layer, colour: str, nearer: float) -> None:
-    """Adds lines. Of those in one place the nearer ones are seen."""
+    """Add lines. Of lines in the same place, those with the larger `nearer` are seen."""
     actor = plotter.add_mesh(
         mesh_of(layer),
         name=layer.name,
@@ -72,7 +72,7 @@ def _lines(plotter: Any, layer: Layer, colour: str, nearer: float) -> None:
 
 
 def _faces(plotter: Any, layer: Layer) -> Any:
-    """Adds faces; gives their mapper."""
+    """Add faces and return their mapper."""
     style: dict[str, Any] = {"color": layer.colour}
     if layer.bar is not None and layer.values is not None:
         style = {
@@ -85,7 +85,7 @@ def _faces(plotter: Any, layer: Layer) -> Any:
         }
     style |= {"name": layer.name, "opacity": layer.opacity, "ambient": 0.65, "diffuse": 0.35}
     actor = plotter.add_mesh(mesh_of(layer), **style)
-    # Lines lie on faces, and joints without thickness on those of blocks: blocks stand back.
+    # Lines lie on faces, and joints without thickness on faces of blocks: blocks are drawn behind both.
     actor.mapper.SetResolveCoincidentTopologyToPolygonOffset()
     back = 2.0 if layer.name == "blocks" else 1.0
     actor.mapper.SetRelativeCoincidentTopologyPolygonOffsetParameters(back, back)
@@ -93,7 +93,7 @@ def _faces(plotter: Any, layer: Layer) -> Any:
 
 
 def mesh_of(layer: Layer) -> Any:
-    """Faces or lines of a layer with their values."""
+    """PyVista mesh of the faces or lines of a layer, with their values."""
     import pyvista as pv
 
     if layer.cells.shape[1] == 2:
@@ -113,7 +113,7 @@ def mesh_of(layer: Layer) -> Any:
 
 
 def _bar(plotter: Any, bar: Bar, mapper: Any, left: float, ink: str) -> None:
-    """Colour bar at the lower edge. VTK writes its numbers across its title or its colours."""
+    """Add a colour bar at the lower edge, with its own text: VTK draws numbers over title or colours."""
     width = 0.36
     drawn = plotter.add_scalar_bar(
         title=bar.label,
@@ -148,19 +148,19 @@ def _say(
 
 
 def _share(plotter: Any) -> float:
-    """Factor on sizes of text and lines, which were chosen for 1200 × 900."""
+    """Factor on the sizes of text and lines, which were chosen for 1200 × 900 pixels."""
     width, height = plotter.window_size
     return min(float(width) / 1200, float(height) / 900)
 
 
 def bulk(layer: Layer) -> Floats:
-    """Points of the blocks that the picture must show: all but those of the few that are far away."""
+    """Points of the blocks that the picture must show: all except the few that are far away."""
     points: Floats = layer.points if layer.far is None else layer.points[~layer.far]
     return points
 
 
 def axes(view: str) -> tuple[Floats, Floats, Floats]:
-    """To the eye, to the right and up in a view."""
+    """Unit vectors of a view: to the camera, to the right and up."""
     back, up = (np.array(vector) / np.linalg.norm(vector) for vector in VIEWS[view])
     right = np.cross(up, back)
     right /= np.linalg.norm(right)
@@ -168,7 +168,7 @@ def axes(view: str) -> tuple[Floats, Floats, Floats]:
 
 
 def look(plotter: Any, points: Floats, view: str) -> None:
-    """Turns to a view and fits the model between the title and the bar."""
+    """Turn the camera to a view and fit the model between the title and the bar."""
     back, right, up = axes(view)
     middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
     seen = (points - middle) @ np.column_stack([right, up])

@@ -1,4 +1,4 @@
-"""Exceptions, all under :class:`Error`."""
+"""Exceptions, all derived from :class:`Error`."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 
 class Fault(NamedTuple):
-    """One error in a model or in an argument."""
+    """One error in a model or an argument."""
 
     place: str
-    """Key or argument, as it is written in Python."""
+    """Key or argument, as written in Python."""
     message: str
-    """The value and the rule that it breaks."""
+    """Value and the rule that it breaks."""
     help: str | None
     """Expected value, or None."""
     code: str
@@ -20,7 +20,7 @@ class Fault(NamedTuple):
 
 
 class Error(Exception):
-    """Everything that ddem raises itself, but for files (``OSError``) and memory (``MemoryError``).
+    """Base class of the errors of ddem, except ``OSError`` (files) and ``MemoryError``.
 
     Attributes
     ----------
@@ -37,12 +37,12 @@ class Error(Exception):
 
 
 class ModelError(Error, ValueError):
-    """A model or an argument that is wrong.
+    """Error in a model or an argument.
 
     Attributes
     ----------
     faults : list of (place, message, help, code)
-        The errors: key as it is written in Python, message, expected value (or None) and code.
+        The errors: key as written in Python, message, expected value (or None) and code.
     """
 
     def __init__(
@@ -54,12 +54,12 @@ class ModelError(Error, ValueError):
 
 
 class NotConverged(Error):
-    """A relaxation did not reach equilibrium.
+    """Relaxation that did not reach equilibrium.
 
     Attributes
     ----------
     ratio : float
-        Unbalanced force ratio that was reached.
+        Unbalanced force ratio reached.
     """
 
     def __init__(self, message: str, ratio: float) -> None:
@@ -68,18 +68,22 @@ class NotConverged(Error):
 
 
 class Collapsed(NotConverged):
-    """A relaxation in which blocks part or slide without end: there is no equilibrium.
+    """Failure without equilibrium: blocks separate or slide without end.
+
+    Relaxations raise it, and runs with `until_rest`.
 
     Attributes
     ----------
     ratio : float
-        Unbalanced force ratio that was reached.
+        Unbalanced force ratio reached.
     blocks : (int, int)
-        The two blocks that have moved farthest against each other since pairs last failed.
+        The two neighbouring blocks with the largest displacement relative to each other since pairs
+        last failed, or since the start of the stage or increment.
     distance : float
-        How far [m].
+        Magnitude of this relative displacement [m].
     moving : list of (str, int, float, (float, float, float))
-        Blocks that move, those first that have gone farthest: set, number, distance [m] and direction.
+        Moving blocks: set, number, distance moved in the stage [m] and its direction. The block
+        that has moved farthest comes first.
     """
 
     def __init__(
@@ -98,7 +102,7 @@ class Collapsed(NotConverged):
 
 
 class Diverged(Error):
-    """Forces are no longer finite.
+    """Divergence: forces are no longer finite.
 
     Attributes
     ----------
@@ -107,7 +111,7 @@ class Diverged(Error):
     time : float
         Simulated time [s].
     block, node : int
-        The first node without a finite force, and its block.
+        Block of the first node without a finite force, and number of this node in the block.
     """
 
     def __init__(self, message: str, step: int, time: float, block: int, node: int) -> None:
@@ -119,4 +123,4 @@ class Diverged(Error):
 
 
 class Busy(Error):
-    """A simulation is being used by another thread."""
+    """Use of a busy simulation: another thread, or a call that is running your function, uses it."""

@@ -1,4 +1,4 @@
-"""Files of results: VTKHDF by the reader of VTK, tables, and messages where there are none."""
+"""Files of results: VTKHDF files, read by VTK, tables, and the message about missing results."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from ._ddem import _near
 from ._names import choices
 
-# One of them is in every folder of results.
+# Every folder of results has at least one of these files.
 LOOKED_FOR = ("frames.csv", "blocks.vtkhdf", "probes.csv", "energy.csv", "summary.json")
 
 
@@ -44,11 +44,11 @@ class File:
         self._reader.UpdateInformation()
         information = self._reader.GetOutputInformation(0)
         self.times = information.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
-        # The last one: a frame is often asked for one field after the other.
+        # Last frame read: callers often read several fields of a frame.
         self._last: tuple[int, Read] | None = None
 
     def read(self, index: int) -> Read:
-        """One frame; what it holds is not to be changed."""
+        """Contents of one frame. Callers must not change them."""
         import pyvista as pv
 
         if self._last is None or self._last[0] != index:
@@ -58,14 +58,14 @@ class File:
 
 
 def rows_of(path: Path) -> tuple[list[str], list[list[str]]]:
-    """Header and rows of a table; a run that was killed may have left its last row short."""
+    """Header and complete rows of a table. The last row of a killed run may be incomplete."""
     with open(path, encoding="utf-8", newline="") as file:
         header, *rows = csv.reader(file)
     return header, [row for row in rows if len(row) == len(header)]
 
 
 def not_there(folder: Path) -> str:
-    """Message about a folder without results, with folders that have some."""
+    """Message about a folder without results. It names nearby folders that have results."""
     if folder.is_file():
         return f"{folder} is a file: results are in a folder, such as {str(folder.parent)!r}"
     looked = ", ".join(LOOKED_FOR)

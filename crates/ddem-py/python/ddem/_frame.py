@@ -1,4 +1,4 @@
-"""One frame of results: its arrays, its tables, its mesh."""
+"""One frame of results: arrays, tables and mesh."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _CONTACT = np.dtype(
 
 
 class Frame:
-    """One frame of results. It has every field as an attribute, and by its name as an item.
+    """One frame of results. Every field is an attribute, and an item by its name.
 
-    Arrays are as those of :class:`Simulation`, and of the caller alone: ``displacement``
-    (n_nodes, 3), ``stress`` (n_elements, 6), ``traction`` (n_pairs, 3). Where nodes and pairs have
-    a field of the same name it is that of the nodes; ``pairs`` has the other.
+    Arrays are copies with the shapes of the arrays of :class:`Simulation`: ``displacement``
+    (n_nodes, 3), ``stress`` (n_elements, 6), ``traction`` (n_pairs, 3). If nodes and pairs have
+    fields of the same name, the attribute is the field of the nodes; ``pairs`` has the other one.
     """
 
     def __init__(self, results: Results, index: int) -> None:
@@ -46,7 +46,7 @@ class Frame:
         #: Simulated time [s].
         self.time = float(results._frames[0][index])
         step = int(results._frames[1][index])
-        #: Steps since the start of the run; None where it is not known.
+        #: Steps since the start of the run; None if unknown.
         self.step = step if step >= 0 else None
         #: Name of the stage.
         self.stage = str(results._frames[2][index])
@@ -57,8 +57,10 @@ class Frame:
 
     @property
     def still(self) -> bool:
-        """True of a frame of a relaxation: no time has passed since the frame before, or, of the first
-        one, until the next."""
+        """True for a frame of a relaxation, whose time is that of the frame before it.
+
+        Frame 0 is compared with the next frame of its stage.
+        """
         times, _, stages = self._results._frames
         at = max(self.index, 1)
         if at == len(times) or stages[at] != stages[self.index]:
@@ -96,24 +98,24 @@ class Frame:
 
     @property
     def elements(self) -> Integers:
-        """The nodes of each element, in VTK's order, shape (n_elements, 8)."""
+        """Nodes of each element in VTK's order, shape (n_elements, 8)."""
         return self._blocks().cells.reshape(-1, 8).copy()
 
     @property
     def element_block(self) -> Integers:
-        """The block of each element, shape (n_elements,)."""
+        """Number of the block of each element, shape (n_elements,)."""
         return self.field("block").astype(np.int64)
 
     @property
     def quads(self) -> Integers:
-        """The pairs around each joint element, shape (n_quads, 4)."""
+        """Pairs at the corners of each joint element, shape (n_quads, 4)."""
         joints = self._joints()
         return joints.cells.reshape(-1, 4).copy() if joints else np.empty((0, 4), np.int64)
 
     @property
     def pairs(self) -> Table:
-        """The pairs of facing nodes with their fields: a table as :attr:`Simulation.pairs`, without
-        their normals and nodes. Empty of a model that has no joints."""
+        """Pairs of facing nodes with their fields: a table as :attr:`Simulation.pairs`, without
+        normals and nodes. It is empty if the model has no joints."""
         joints = self._joints()
         if joints is None:
             return np.empty(0, [("point", "f8", 3)]).view(Table)
@@ -121,7 +123,7 @@ class Frame:
 
     @property
     def contacts(self) -> Table:
-        """Contacts that press, a table as :attr:`Simulation.contacts`. Empty where no blocks meet."""
+        """Contacts that press: a table as :attr:`Simulation.contacts`. It is empty if there are none."""
         if not (self._results.folder / "contacts.vtkhdf").exists():
             return np.empty(0, _CONTACT).view(Table)
         read = self._results._file("contacts").read(self.index)
@@ -133,12 +135,12 @@ class Frame:
         return rows.view(Table)
 
     def field(self, name: str) -> npt.NDArray[Any]:
-        """An array by the name of a field.
+        """Array of a field.
 
         Parameters
         ----------
         name : str
-            One of :attr:`fields`.
+            Name of the field, one of :attr:`fields`.
 
         Returns
         -------
@@ -180,7 +182,7 @@ class Frame:
         return [*super().__dir__(), *self.fields]
 
     def mesh(self, part: str = "blocks") -> pv.UnstructuredGrid:
-        """The frame as a PyVista grid with all its fields, as :meth:`Simulation.mesh`.
+        """PyVista grid of the frame with all its fields, as :meth:`Simulation.mesh`.
 
         Parameters
         ----------
@@ -190,8 +192,9 @@ class Frame:
         Returns
         -------
         pyvista.UnstructuredGrid
-            At the reference positions, contacts where they are then. Removed blocks are left out:
-            `node` and `element`, or `pair` and `quad`, are the rows of the arrays.
+            Grid at the reference positions, or contacts at their positions in this frame. Removed
+            blocks are left out: the arrays `node` and `element`, or `pair` and `quad`, have the rows
+            of the frame's arrays.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Layers of a picture, whether PyVista draws them or a page."""
+"""Layers of a picture, which PyVista or a page draws."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ from ._scene import (
 from ._units import prefix
 
 INK, PLAIN = "#1f2933", "#aab4be"
-# Joints that hold, and what has become of others: the last one of those that are open now, or that contacts have
-# replaced.
+# States of joints and their colours. The last state is that of failed joints which are open now, and of joints which
+# contacts have replaced.
 STATES = (
     ("bonded", "#8a94a0"),
     ("failed in shear", "#1f6fb4"),
     ("failed in tension", "#c0392b"),
     ("open or released", "#f08c00"),
 )
-# The largest fragment, and the others.
+# Colours of the largest fragment and of the others.
 FRAGMENTS = (
     "#d9480f",
     "#a6cee3",
@@ -49,13 +49,13 @@ FRAGMENTS = (
     "#f3c6d8",
 )
 OPEN = 3
-# Enough to see where joints are, too little to hide what lies behind many of them.
+# Opacity of bonded joints: they can be seen, but many of them do not hide the parts behind.
 HOLDING = 0.04
-# How much of its strength a colour keeps below lines.
+# Part of its strength that a colour keeps below dark lines.
 _PALE = 0.6
-# Half of the thickness of the largest force of contacts, as a part of a bar's length.
+# Half the thickness of the bar of the largest contact force, relative to the median length of the bars.
 THICK = 0.22
-# Around a bar, and its ends.
+# Faces of a bar: four sides and two ends.
 _SIDES = np.array(
     [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [3, 2, 1, 0], [4, 5, 6, 7]]
 )
@@ -68,11 +68,11 @@ class Bar:
     label: str
     cmap: Any
     clim: tuple[float, float]
-    # That of SI which is in the label; empty where numbers stay as they are.
+    # SI unit in the label; empty if the numbers are not scaled.
     unit: str = ""
-    # False where colours only tell things apart.
+    # False if the colours only distinguish parts.
     shown: bool = True
-    # The value where all are the same: the only one beside the bar.
+    # The value, if all values are equal: the only number beside the bar.
     only: float | None = None
 
     @property
@@ -83,7 +83,7 @@ class Bar:
 
     @property
     def title(self) -> str:
-        """The label with the unit of the numbers beside the bar."""
+        """Label with the unit of the numbers beside the bar."""
         whole = f"({self.unit})"
         if not self.unit or not self.label.endswith(whole):
             return self.label
@@ -92,22 +92,22 @@ class Bar:
 
 @dataclass
 class Layer:
-    """Faces (n, 4) or lines (n, 2) of one kind: in one colour, or in those of a bar."""
+    """Faces (n, 4) or lines (n, 2) of one kind, in one colour or in the colours of a bar."""
 
     name: str
-    points: Floats  # (m, 3) m, where they are drawn
+    points: Floats  # (m, 3) m, drawn positions
     cells: Integers
     opacity: float
     colour: str
-    values: Floats | None = None  # of points or of cells
+    values: Floats | None = None  # of points or cells
     on_points: bool = False
     bar: Bar | None = None
     legend: str | None = None
-    nodes: Integers | None = None  # nodes of the model that the points are
-    owners: Integers | None = None  # elements that the cells belong to
+    nodes: Integers | None = None  # node of the model at each point
+    owners: Integers | None = None  # element of each cell
     width: float = 1.2  # of lines, in pixels of a picture of 1200 × 900
-    far: npt.NDArray[np.bool_] | None = None  # points that the picture leaves outside
-    beyond: str = ""  # the largest value there, where it is beyond the bar
+    far: npt.NDArray[np.bool_] | None = None  # mask of the points outside the picture
+    beyond: str = ""  # text on the largest value there, if outside the range of the bar
 
 
 def blocks(
@@ -120,7 +120,7 @@ def blocks(
     edges: str,
     opacity: float,
 ) -> list[Layer]:
-    """Outer faces of the blocks where they are now, and their lines."""
+    """Layers of the blocks at their present positions: outer faces and lines."""
     kept = np.flatnonzero(~frame.removed)
     faces, owners = skin(frame.elements[kept])
     owners = kept[owners]
@@ -144,7 +144,7 @@ def blocks(
             _tell_apart(frame, layer, values.scalars)
     if edges == "none":
         return [layer]
-    # By the reference positions: a bent block has the edges that it had.
+    # From the reference positions: a bent block keeps its edges.
     lines = lines_of(frame.points, faces, edges == "elements")
     ends, lines = np.unique(lines, return_inverse=True)
     drawn = (frame.points + scale * frame.displacement)[ends]
@@ -153,7 +153,7 @@ def blocks(
 
 
 def far_points(frame: Frame, layer: Layer, scale: float) -> npt.NDArray[np.bool_]:
-    """Mask of the points of blocks that the picture leaves outside."""
+    """Mask of the points of the blocks that are left outside the picture."""
     far = outside(frame, scale)
     if len(far) == 0:
         return np.zeros(len(layer.points), np.bool_)
@@ -162,7 +162,7 @@ def far_points(frame: Frame, layer: Layer, scale: float) -> npt.NDArray[np.bool_
 
 
 def _beyond(bar: Bar, values: Floats) -> str:
-    """The largest of some values in words, where it is beyond the bar; otherwise nothing."""
+    """Text on the largest magnitude, if values are outside the range of the bar; otherwise empty."""
     finite = values[np.isfinite(values)]
     low, high = bar.clim if bar.only is None else (bar.only, bar.only)
     if len(finite) == 0 or (low <= finite.min() and finite.max() <= high):
@@ -174,7 +174,7 @@ def _beyond(bar: Bar, values: Floats) -> str:
 
 
 def _without_stress(frame: Frame, layer: Layer) -> None:
-    """Rigid blocks are plain in pictures of stresses, and the legend says why."""
+    """State in the legend that rigid blocks have no stress; drop the colours if all blocks are rigid."""
     rigid = frame.rigid & ~frame.removed
     if rigid.any():
         number = len(np.unique(frame.blocks[rigid]))
@@ -184,7 +184,7 @@ def _without_stress(frame: Frame, layer: Layer) -> None:
 
 
 def _tell_apart(frame: Frame, layer: Layer, fragments: Floats) -> None:
-    """Fragments in colours of which no two neighbours have the same; the largest has its own."""
+    """Colour the fragments: neighbours differently, and the largest in a colour of its own."""
     number = fragments.astype(np.int64)
     there = number[~frame.removed]
     colour = apart(frame, number, len(FRAGMENTS) - 1)
@@ -205,7 +205,7 @@ def joints(
     bar: tuple[Any, tuple[float, float] | None],
     scale: float,
 ) -> list[Layer]:
-    """Joint elements where they are now: the states in three colours, or a field of the joints."""
+    """Layers of joint elements at their present positions: a colour per state, or a field of the joints."""
     if len(frame.quads) == 0:
         raise ValueError("joints: the model has no joints")
     pairs, quads = frame.pairs, frame.quads
@@ -248,7 +248,7 @@ def joints(
 
 
 def states(frame: Frame) -> Integers:
-    """State of each pair, as its place in :data:`STATES`."""
+    """State of each pair, as an index of :data:`STATES`."""
     pairs = frame.pairs
     state = np.asarray(pairs["state"]).astype(np.int64)
     if "open" in frame.pair_fields:
@@ -259,7 +259,7 @@ def states(frame: Frame) -> Integers:
 
 
 def pairs_by_state(frame: Frame) -> Integers:
-    """How many pairs are in each of the states, without those of blocks that have been removed."""
+    """Number of pairs in each state, without pairs of removed blocks."""
     state = states(frame)
     if "removed" in frame.pair_fields:
         state = state[np.asarray(frame.pairs["removed"]).reshape(-1) == 0]
@@ -267,8 +267,8 @@ def pairs_by_state(frame: Frame) -> Integers:
 
 
 def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[Layer]:
-    """Forces between each two blocks: a bar along the force, as thick as it is large."""
-    # A dashpot may take all that springs press with; an empty frame has no arrays.
+    """Force between each two blocks: a bar along the force, with a thickness proportional to it."""
+    # A dashpot may cancel the force of the contact spring; an empty frame has no arrays.
     force = np.asarray(frame.contacts.get("force", np.empty((0, 3))), np.float64)
     acts = force.any(axis=1)
     if not acts.any():
@@ -285,10 +285,10 @@ def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[
     force = sums(force)
     size = np.maximum(np.linalg.norm(force, axis=1), np.finfo(float).tiny)
     along = force / size[:, None]
-    # As long as the lower of the two blocks is high: bars of blocks on each other meet.
+    # Length of a bar: the shortest edge of the two blocks, so that bars of stacked blocks touch.
     long = _lowest(frame)[pairs].min(axis=1)
     half = THICK * np.median(long) * size / size.max()
-    # Two directions across, the first from the axis that is farthest from the force.
+    # Two directions normal to the force; the first is normal to the axis farthest from the force.
     across = np.cross(along, np.eye(3)[np.abs(along).argmin(axis=1)])
     across *= (half / np.maximum(np.linalg.norm(across, axis=1), 0.1))[:, None]
     other = np.cross(along, across)
@@ -304,7 +304,7 @@ def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[
 
 
 def _lowest(frame: Frame) -> Floats:
-    """The shortest edge of the box around each block [m]."""
+    """Shortest edge of the box around each block [m]."""
     block = np.repeat(frame.blocks, 8)
     ends = np.full((2, block.max() + 1, 3), np.inf)
     for end, sign in zip(ends, (1.0, -1.0)):
@@ -322,17 +322,17 @@ def bar_of(
     plain: str = "viridis",
     unit: str = "",
 ) -> Bar:
-    """Colours for values: about zero where both signs matter."""
+    """Colour bar of values, symmetric about zero if both signs matter."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
-    # What is only rounding beside the other end reads 0.
+    # An end that is only rounding relative to the other end is 0.
     most = max(abs(low), abs(high))
     low, high = (0.0 if abs(end) < 1e-9 * most else end for end in (low, high))
     only = None
     both = low < 0.0 < high and min(-low, high) > 0.05 * max(-low, high)
     if clim is None:
         clim = (-most, most) if both and cmap is None else (low, high)
-        # All the same but for rounding: a bar needs some length, and has one value in its middle.
+        # All values are equal except for rounding: the bar gets some length, with the value in its middle.
         if clim[1] - clim[0] <= 1e-6 * most:
             room = 0.5 * abs(low) or 1.0
             only, clim = low, (low - room, low + room)
@@ -345,7 +345,7 @@ def bar_of(
 
 
 def ticks(bar: Bar) -> list[tuple[float, str]]:
-    """Values along a bar with their text: round ones, and both ends."""
+    """Values along a bar with their text: round values and both ends."""
     from matplotlib.ticker import MaxNLocator
 
     low, high = bar.clim
@@ -354,25 +354,25 @@ def ticks(bar: Bar) -> list[tuple[float, str]]:
         return [(bar.only, f"{bar.only / factor:.4g}")]
     locator: Any = MaxNLocator(4, steps=[1, 2, 2.5, 5, 10])
     round_ones = factor * np.asarray(locator.tick_values(low / factor, high / factor))
-    # Two texts side by side need this room.
+    # Smallest distance between two texts.
     near = 0.15 * (high - low)
     inner = [tick for tick in round_ones if low + near < tick < high - near]
     steps = max(abs(low), abs(high)) / (0.25 * (high - low))
     digits = max(4, math.ceil(math.log10(steps)) + 2)
-    # What is only rounding reads 0.
+    # A value that is only rounding is shown as 0.
     values = [0.0 if abs(tick) < 1e-9 * (high - low) else float(tick) for tick in (low, *inner, high)]
     return [(tick, f"{tick / factor:.{digits}g}") for tick in values]
 
 
 def listed(names: tuple[Any, ...]) -> Any:
-    """A colour map of these colours."""
+    """Colour map of the given colours."""
     from matplotlib.colors import ListedColormap
 
     return ListedColormap(list(names))
 
 
 def pale(cmap: Any) -> Any:
-    """A colour map whose colours leave dark lines to be seen on them."""
+    """Paler colour map, on which dark lines can be seen."""
     from matplotlib.colors import ListedColormap
 
     full = colours(cmap)(np.linspace(0.0, 1.0, 256))[:, :3]
@@ -380,7 +380,7 @@ def pale(cmap: Any) -> Any:
 
 
 def colours(cmap: Any) -> Any:
-    """The colour map of a name; maps themselves pass."""
+    """Colour map by its name; a colour map itself is returned unchanged."""
     import matplotlib
 
     return (

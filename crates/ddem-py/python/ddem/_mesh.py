@@ -1,4 +1,4 @@
-"""Grids for PyVista: of a simulation as it is now, or of a frame of its results."""
+"""PyVista grids of a simulation in its present state, or of a frame of results."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PARTS = ("blocks", "joints", "contacts")
 
 
 def mesh_of(source: Any, part: str = "blocks") -> pv.UnstructuredGrid:
-    """A part of a simulation or of a frame, with all its fields; what is removed is left out."""
+    """Grid of a part of a simulation or frame with all its fields, without removed blocks."""
     try:
         import pyvista as pv
     except ImportError as missing:
@@ -61,7 +61,7 @@ def mesh_of(source: Any, part: str = "blocks") -> pv.UnstructuredGrid:
 def _grid(
     kind: Any, cells: npt.NDArray[Any], kept: npt.NDArray[Any], points: npt.NDArray[Any]
 ) -> tuple[Any, npt.NDArray[Any]]:
-    """The grid of some cells with the points that they have, and which these are."""
+    """Grid of the kept cells with their points, and the rows of these points."""
     import pyvista as pv
 
     if len(kept) == len(cells):
@@ -71,7 +71,7 @@ def _grid(
 
 
 def _put(data: Any, fields: dict[str, npt.NDArray[Any]]) -> None:
-    """Fields as VTK takes them: it has no truth values, and PyVista refuses those without rows."""
+    """Add fields to a grid. VTK has no Boolean type, and PyVista refuses fields without rows."""
     for name, values in fields.items():
         if len(values):
             plain = values.astype(np.uint8) if values.dtype == bool else values

@@ -1,4 +1,4 @@
-"""Names of fields and their units, and messages about wrong ones."""
+"""Names of fields and their units, and messages about wrong names."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from collections.abc import Iterable
 
 NODAL = ("displacement", "velocity", "force", "mass")
 ELEMENTAL = ("stress", "block", "fragment")
-# Of models that ask for them.
+# Fields of models with `peaks=True`.
 PEAKS = ("peak_velocity", "peak_tension", "peak_compression")
 JOINTS = ("state", "failure_time", "slip", "opening", "traction", "damage")
-# What is a stress: rigid blocks have none.
+# Stresses, which rigid blocks do not have.
 STRESSES = ("stress", "peak_tension", "peak_compression")
 UNITS = {
     "displacement": "m",
@@ -30,16 +30,16 @@ VECTOR = ("x", "y", "z")
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "zx")
 
 
-# Names that a message lists; of more it has the nearest and some others.
+# Largest number of names that a message lists in full; of more names it lists up to five.
 _MOST = 40
 
 
 def choices(given: object, valid: Iterable[str]) -> str:
-    """The nearest valid name, if one is near, and the others as far as a message has room."""
+    """Hint for a wrong name: the nearest valid name, if one is near, and the valid names."""
     names = list(valid)
-    # Among many names some are near to anything.
+    # Among many names several may be near.
     near = difflib.get_close_matches(str(given), names, n=1 if len(names) <= _MOST else 5)
-    # What begins like it, such as a word that was cut short.
+    # Otherwise a name that begins with the given word, which may be a shortened one.
     near = near or [name for name in names if given and name.startswith(str(given))][:1]
     if len(names) > _MOST:
         others = f"{len(names)} names are valid, such as {', '.join(map(repr, (near or names)[:5]))}"
@@ -49,7 +49,7 @@ def choices(given: object, valid: Iterable[str]) -> str:
 
 
 def one_of(argument: str, given: object, valid: Iterable[str]) -> str:
-    """The value itself, or a ValueError with the argument, the nearest valid value and the others."""
+    """Return the value if it is valid, else raise a ValueError with the argument and the valid values."""
     names = list(valid)
     if isinstance(given, str) and given in names:
         return given

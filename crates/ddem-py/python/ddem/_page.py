@@ -1,4 +1,4 @@
-"""A picture as one page for a browser, drawn by plotly: nothing is fetched, no server is needed."""
+"""Picture as one page for a browser, drawn by plotly. It needs no network and no server."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from ._scene import Floats
 
 Views = Mapping[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
 
-# Half the height of what plotly's camera sees, at unit distance: it opens 45°.
+# Half the height that plotly's camera sees at unit distance: its view angle is 45°.
 _HALF = np.tan(np.radians(22.5))
-# The eye is near: the faces that "iso" shows from afar are seen from farther round and above.
+# Plotly's camera is near: to show the faces of "iso" it looks from farther to the side and above.
 _ISO = (0.85, -1.0, 0.7)
-# Little shade, from the eye: colours must be found again in the bar.
+# Light from the camera, with little shading: colours must match those of the bar.
 _LIGHT = {
     "ambient": 0.75,
     "diffuse": 0.25,
@@ -41,10 +41,10 @@ def page_of(
     background: tuple[float, float, float],
     size: tuple[int, int],
 ) -> str:
-    """The page as text, with plotly's script and all numbers in it."""
+    """HTML text of the page, which contains plotly's script and all data."""
     figure = _figure(layers, about, views, view, background, size)
     page: str = figure.to_html(
-        # Plotly 7 offers to send the picture, with all its numbers, to a server of theirs.
+        # No button of Plotly 7 that sends the picture, with all its data, to a server of Plotly.
         config={"displaylogo": False, "showSendToCloud": False},
         include_plotlyjs=True,
         default_height="100vh",
@@ -69,12 +69,12 @@ def _figure(
     title, told = about
     drawn = [layer for layer in layers if len(layer.cells)]
     far = any(layer.far is not None and layer.far.any() for layer in drawn)
-    # Joints and lines lie on the blocks: where some of these are far away, the others say it all.
+    # Joints and lines lie on the blocks: if some blocks are far away, only the others are fitted.
     fitted = [bulk(layer) for layer in (drawn[:1] if far else drawn)]
     low = np.min([points.min(axis=0) for points in fitted], axis=0)
     high = np.max([points.max(axis=0) for points in fitted], axis=0)
     origin = _origin(low, high)
-    # What lies on the edge of the axes would be cut off.
+    # A margin: plotly cuts off parts that lie on the edge of the axes.
     room = 0.02 * (high - low).max()
     low, high = low - room, high + room
     ink = INK if sum(background) > 1.5 else "white"
@@ -111,7 +111,7 @@ def _figure(
         margin={"l": 0, "r": 0, "t": 64, "b": 70 if bars else 10},
         legend={"x": 0.99, "xanchor": "right", "y": 0.02, "yanchor": "bottom"},
         scene={
-            # Not "data": plotly measures what is shown, and the axes are longer.
+            # Not "data": plotly would measure the visible data, and the axes are longer.
             "aspectmode": "manual",
             "aspectratio": dict(zip("xyz", ((high - low) / (high - low).max()).tolist())),
             "camera": cameras[view],
@@ -145,7 +145,7 @@ def _figure(
 
 
 def _origin(low: Floats, high: Floats) -> Floats:
-    """Origin of the positions: round numbers where single precision would not do."""
+    """Origin of the positions: round numbers if single precision would be too coarse, otherwise 0."""
     size = float((high - low).max()) or 1.0
     middle = 0.5 * (low + high)
     step = 10.0 ** np.ceil(np.log10(size))
@@ -153,7 +153,7 @@ def _origin(low: Floats, high: Floats) -> Floats:
 
 
 def _numbers_apart(layer: Layer) -> list[Layer]:
-    """A layer, and as one of its own, in plain colour, its cells that have no value."""
+    """Split a layer into its cells with values and, in plain colour, its cells without values."""
     if layer.values is None or layer.bar is None:
         return [layer]
     known = np.isfinite(layer.values)
@@ -224,7 +224,7 @@ def _faces(layer: Layer, origin: Floats, bar: tuple[Bar, int, int] | None) -> di
 
 
 def _lines(layer: Layer, origin: Floats, colour: str) -> dict[str, Any]:
-    # A gap after each line: what is not a number is not drawn.
+    # NaN after each line makes a gap, because plotly does not draw NaN.
     ends = np.full((len(layer.cells), 3, 3), np.nan)
     ends[:, :2] = layer.points[layer.cells]
     return {
@@ -241,7 +241,7 @@ def _lines(layer: Layer, origin: Floats, colour: str) -> dict[str, Any]:
 
 
 def _entry(layer: Layer) -> dict[str, Any]:
-    """The line of a layer in the legend: a spot that is seen, though the layer hardly may be."""
+    """Legend entry of a layer: an opaque marker, because the layer may be almost transparent."""
     return {
         "type": "scatter3d",
         "mode": "markers",
@@ -256,9 +256,9 @@ def _entry(layer: Layer) -> dict[str, Any]:
 
 
 def _camera(low: Floats, high: Floats, back: Sequence[float], aspect: float) -> dict[str, Any]:
-    """Camera that looks along a direction, from where all corners of the axes are seen."""
+    """Camera in a direction, at a distance from which all corners of the axes are seen."""
     toward = np.array(back, np.float64)
-    # A hair to the front of straight above or below, so that z is up even there.
+    # Slightly in front of straight above or below, so that z is up there, too.
     if toward[0] == toward[1] == 0.0:
         toward[1] = -1e-4
     toward /= np.linalg.norm(toward)
@@ -268,7 +268,7 @@ def _camera(low: Floats, high: Floats, back: Sequence[float], aspect: float) -> 
     # Plotly's unit of length is the longest axis.
     half = 0.5 * (high - low) / (high - low).max()
     seen = half * list(product((-1.0, 1.0), repeat=3)) @ np.stack([right, up, toward], axis=1)
-    # Numbers and names beside the axes, title and bar need some room too.
+    # Leave room for the numbers and names of the axes, the title and the bar.
     wide = np.abs(seen[:, 0]) / (0.92 * aspect * _HALF)
     tall = np.abs(seen[:, 1]) / (0.9 * _HALF)
     eye = toward * float((seen[:, 2] + np.maximum(wide, tall)).max())
@@ -295,12 +295,12 @@ def _axis(name: str, shift: float, ends: list[float], ink: str) -> dict[str, Any
 
 
 def _plain(text: str) -> str:
-    """Text that plotly must not read as tags."""
+    """Text escaped so that plotly does not read it as tags."""
     return escape(text, quote=False)
 
 
 def _colours(bar: Bar) -> list[tuple[float, str]]:
-    """256 colours from the lower end to the upper."""
+    """256 colours of a bar, from its lower to its upper end."""
     shares = np.linspace(0.0, 1.0, 256)
     shown = np.asarray(bar.cmap(shares, bytes=True))[:, :3]
     return [(float(share), "rgb({},{},{})".format(*rgb)) for share, rgb in zip(shares, shown)]

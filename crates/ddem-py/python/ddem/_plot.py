@@ -1,4 +1,4 @@
-"""Pictures of blocks and joints: windows, image files, pages for a browser."""
+"""Pictures of blocks and joints in windows, image files and pages for a browser."""
 
 from __future__ import annotations
 
@@ -46,97 +46,103 @@ def plot(
     html: str | os.PathLike[str] | None = None,
     show: bool = True,
 ) -> pv.Plotter:
-    """Draw the deformed blocks, and the joints or the forces of contacts where wanted.
+    """Draw the deformed blocks and, if requested, the joints or the contact forces.
 
-    With `screenshot` or `html` files are written and no window opens. With neither the picture
+    With `screenshot` or `html` the picture is written to a file, and no window opens. Otherwise it
     opens in a window, or appears below the cell of a notebook.
 
     Parameters
     ----------
     simulation : Simulation, Results, Frame, str or os.PathLike
-        What to draw: a simulation as it is now, results or their folder, or one frame of them.
+        Source of the picture: a simulation in its present state, results or their folder, or one
+        frame of them.
     field : str or array, optional
-        What colours the blocks. Of a simulation ``"displacement"`` (m), ``"velocity"`` (m/s),
-        ``"force"`` (N), ``"mass"`` (kg), ``"stress"`` (Pa), ``"block"``, ``"fragment"`` or, of a
-        model with ``peaks=True``, ``"peak_velocity"`` (m/s), ``"peak_tension"`` and
-        ``"peak_compression"`` (Pa); of a folder, what its ``blocks.vtkhdf`` holds. Or numbers of your own: an array of shape ``(n,)``, ``(n, 3)`` or
-        ``(n, 6)`` with n = n_nodes or n_elements. By default the displacement; blocks are plain
-        where joints are drawn. Fragments have colours that tell neighbours apart, the largest its own;
-        with `cmap`, `clim` or `label` those of their numbers.
+        Colour of the blocks. For a simulation ``"displacement"`` (m), ``"velocity"`` (m/s),
+        ``"force"`` (N), ``"mass"`` (kg), ``"stress"`` (Pa), ``"block"`` or ``"fragment"``. With
+        ``peaks=True`` in the model also ``"peak_velocity"`` (m/s), ``"peak_tension"`` and
+        ``"peak_compression"`` (Pa). For a folder, a field of its ``blocks.vtkhdf``. Or your own
+        array of shape ``(n,)``, ``(n, 3)`` or ``(n, 6)`` with n = n_nodes or n_elements. By default
+        the displacement, but blocks are plain if joint faces or contacts are drawn. Neighbouring
+        fragments differ in colour, and the largest has its own. With `cmap`, `clim` or `label`
+        fragments are coloured by their numbers.
     component : str, optional
-        Of vectors ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"`` (default). Of stresses ``"xx"``,
-        ``"yy"``, ``"zz"``, ``"xy"``, ``"yz"``, ``"zx"``, ``"von_mises"`` (default) or the principal
-        stresses ``"s1"`` ≥ ``"s2"`` ≥ ``"s3"``; tension is positive.
+        Component of the field. For vectors ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"`` (default).
+        For stresses ``"xx"``, ``"yy"``, ``"zz"``, ``"xy"``, ``"yz"``, ``"zx"``, ``"von_mises"``
+        (default) or the principal stresses ``"s1"`` ≥ ``"s2"`` ≥ ``"s3"``; tension is positive.
     scale : float, optional
-        Magnification of the displacements. By default 1, 2 or 5 × 10ⁿ, so that the largest is
-        about 5 % of the model, and 1 where it is that large already or where contacts are drawn.
+        Magnification of the displacements. By default 1, 2 or 5 × 10ⁿ, so that the largest
+        displacement is drawn as about 5 % of the model. It is 1 if the largest displacement already
+        has that size, or if contacts are drawn.
     joints : str, optional
-        What colours the joints, which are left out by default: ``"state"``, ``"failure_time"``
-        (s), ``"slip"`` (m), ``"opening"`` (m), ``"traction"`` (Pa) or ``"damage"``. The blocks
-        are translucent then; joints that hold show but faintly, save with ``"traction"``. With
-        ``"traces"`` the blocks stay as they are, and thick lines show the state of joints where
-        they come to the outside; ``"state"`` has these lines, too.
+        Colour of the joints: ``"state"``, ``"failure_time"`` (s), ``"slip"`` (m), ``"opening"``
+        (m), ``"traction"`` (Pa) or ``"damage"``. By default joints are not drawn. The blocks are
+        then translucent, and bonded joints are faint, except with ``"traction"``. With ``"traces"``
+        the blocks stay opaque, and thick lines show the state of joints at the outer faces of the
+        model. ``"state"`` draws these lines, too.
     joint_component : str, optional
-        Of ``"slip"`` and ``"traction"``: ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"`` (default).
+        Component of ``"slip"`` and ``"traction"``: ``"x"``, ``"y"``, ``"z"`` or ``"magnitude"``
+        (default).
     contacts : bool, optional
-        Draws what each two blocks that meet exert on each other: a bar where they do, along the
-        force, as thick as the force is large. The blocks are translucent then, and
-        displacements are true: `scale` is 1.
+        If True, draw the contact force between each two blocks as a bar at the contact, along the
+        force. The thickness of the bar is proportional to the force. The blocks are then
+        translucent, and displacements are true: `scale` is 1.
     moving : bool, optional
-        Outlines the blocks that move on where a stage fails, or in the failing trial of a factor of
-        safety.
+        If True, outline the moving blocks of a stage that fails, or of the failing trial of a
+        factor of safety.
     frame : int, optional
-        Of a folder: which frame, negative from the end. By default the last.
+        Frame of results or of their folder; negative numbers count from the end. By default the
+        last.
     view : str, optional
-        ``"iso"``, ``"xz"`` (seen along y), ``"xy"``, ``"yz"``, or from behind ``"-xz"``,
-        ``"-xy"``, ``"-yz"``.
+        Direction of view: ``"iso"``, ``"xz"`` (along y), ``"xy"``, ``"yz"``, or from the opposite
+        side ``"-xz"``, ``"-xy"``, ``"-yz"``.
     cmap : str or matplotlib.colors.Colormap, optional
-        Colours of the field, or of joints or contacts where the blocks are plain. By default
-        ``"viridis"``; where values of both signs matter, ``"RdBu_r"`` about zero.
+        Colour map of the field, or of joints or contacts if the blocks are plain. By default
+        ``"viridis"`` for fields and ``"plasma"`` for joints and contacts; ``"RdBu_r"`` about zero if
+        values of both signs matter.
     clim : (float, float), optional
-        Values at the ends of those colours.
+        Values at the ends of the colour map.
     opacity : float, optional
-        Of the blocks, 0 to 1.
+        Opacity of the blocks, 0 to 1.
     edges : {"blocks", "elements", "none"}, optional
-        Which lines are drawn.
+        Lines to draw.
     label : str, optional
         Title of the colour bar of the field.
     background : str, optional
         Any colour that PyVista knows.
     window_size : (int, int), optional
-        Width and height in pixels; pages fill their window, and the model fits this shape.
+        Width and height in pixels. A page fills its window; the model fits this aspect ratio.
     screenshot : str or os.PathLike, optional
         Image file to write, ``.png``, ``.jpg``, ``.tif`` or ``.bmp``.
     html : str or os.PathLike, optional
-        Page to write: one file to turn and zoom in any browser with WebGL, without network. It
-        has 5 MB, and 60 bytes for each outer face of an element: 11 MB for 100 000 of them, 23 MB
-        with ``edges="elements"``. An element of a joint takes 250 bytes. In a notebook a picture
-        is such a page, which the file of the notebook then holds.
+        Page to write: one file to rotate and zoom in any browser with WebGL, without network. Its
+        size is 5 MB plus 60 bytes for each outer face of an element: 11 MB for 100 000 faces, 23 MB
+        with ``edges="elements"``. A joint element takes 250 bytes. In a notebook the picture is
+        such a page, and the file of the notebook contains it.
     show : bool, optional
-        False opens no window and leaves the plotter open: add to it, then call its ``show()`` or
-        ``screenshot()``, and ``close()`` in the end.
+        If False, no window opens and the plotter stays open: add to it, then call its ``show()`` or
+        ``screenshot()``, and finally ``close()``.
 
     Returns
     -------
     pyvista.Plotter
-        Closed already, unless `show` is False. Its actor ``"blocks"`` has the mesh of the outer
-        faces of the blocks, with the array ``"node"`` of its points and ``"element"`` of its
-        cells: rows of the arrays of the simulation. Others are ``"edges"``, ``"contacts"`` and
-        ``"joints"``, or ``"bonded"``, ``"failed in shear"``, ``"failed in tension"`` and ``"open or
-        released"``, lines of these states such as ``"bonded, traces"``, and ``"moving"``.
+        Plotter, which is closed unless `show` is False. Its actor ``"blocks"`` has the mesh of the
+        outer faces of the blocks. The array ``"node"`` of its points and the array ``"element"`` of
+        its cells have the rows of the simulation's arrays. Other actors are ``"edges"``,
+        ``"contacts"``, ``"joints"`` and ``"moving"``. Those of joint states are ``"bonded"``,
+        ``"failed in shear"``, ``"failed in tension"`` and ``"open or released"``, and those of
+        traces have names such as ``"bonded, traces"``.
 
     Raises
     ------
     ValueError
-        If a name is wrong, an array has the wrong shape, displacements are not finite, the model
-        has no joints or contacts to draw, or contacts are to be drawn with another `scale`.
+        If a name is unknown, an array has the wrong shape, displacements are not finite, the model
+        has no joints or contacts to draw, or `scale` is not 1 with `contacts`.
     FileNotFoundError
         If the folder has no results.
     ImportError
-        If PyVista is not installed, or plotly where a page is wanted:
-        ``pip install "ddem[plot]"``.
+        If PyVista is not installed, or plotly for a page: ``pip install "ddem[plot]"``.
     RuntimeError
-        If a window is wanted where there is no display.
+        If there is no display for a window.
 
     Examples
     --------
@@ -167,7 +173,7 @@ def plot(
                 file.write(page)
         else:
             _inline(page, window_size)
-    # Without a display VTK finds another way to draw, but complains first.
+    # Without a display VTK draws in another way, but prints warnings first.
     with pv.vtk_verbosity("off") if no_display() else nullcontext():
         hidden = True if to_file or notebook or no_display() else None
         plotter = pv.Plotter(off_screen=hidden, window_size=list(window_size), lighting="none")
@@ -193,7 +199,7 @@ def _pyvista() -> Any:
 
 
 def check_size(window_size: tuple[int, int]) -> None:
-    """Refuse pictures of no size."""
+    """Raise a ValueError unless the window size is two positive numbers of pixels."""
     if len(window_size) != 2 or not all(size >= 1 for size in window_size):
         raise ValueError(f"window_size: {window_size!r} must be two numbers of pixels above 0")
 
@@ -201,7 +207,7 @@ def check_size(window_size: tuple[int, int]) -> None:
 def _check(
     view: str, edges: str, joints: str | None, scale: float | None, contacts: bool
 ) -> None:
-    """Refuses names that are none, and magnifications that cannot be drawn."""
+    """Raise a ValueError for unknown names and for magnifications that cannot be drawn."""
     one_of("view", view, VIEWS)
     one_of("edges", edges, ("blocks", "elements", "none"))
     if joints is not None:
@@ -213,7 +219,7 @@ def _check(
 
 
 def _scale(state: Frame, scale: float | None, contacts: bool) -> float:
-    """The magnification: contacts are drawn where they are."""
+    """Magnification of the displacements, 1 with contacts, which are drawn at their true positions."""
     wrong = int((~np.isfinite(state.displacement)).any(axis=1).sum())
     if wrong:
         raise ValueError(f"displacement: not finite at {wrong} nodes, there is nothing to draw")
@@ -232,7 +238,7 @@ def _drawn(
     edges: str,
     opacity: float | None,
 ) -> list[Layer]:
-    """Layers of blocks, joints and contacts. Where blocks are plain others have the colours."""
+    """Layers of blocks, joints and contacts. If blocks are plain, `bar` is that of joints or contacts."""
     (field, component, label), (joints, joint_component) = shown, seams
     inside = joints not in (None, "traces") or contacts
     if field is None and not inside:
@@ -257,9 +263,9 @@ def _joints(
     bar: tuple[Any, tuple[float, float] | None],
     scale: float,
 ) -> list[Layer]:
-    """Faces of joints, lines where they come to the outside, or both."""
+    """Layers of joints: their faces, their traces on the outer faces of the model, or both."""
     if name == "traces":
-        # Dark lines are not seen on dark blocks.
+        # Dark lines cannot be seen on dark blocks.
         if bar[0] is None and blocks.bar is not None and blocks.bar.shown:
             blocks.bar.cmap = _layers.pale(blocks.bar.cmap)
         return _traces.traces(state, scale, alone=True)
@@ -268,7 +274,7 @@ def _joints(
 
 
 def about(frame: Frame, scale: float, far: int = 0, beyond: str = "") -> str:
-    """Line below the title: time of the state, scale, blocks outside of the picture."""
+    """Line below the title: stage and time or step, magnification, blocks outside the picture."""
     words = [frame.when] if frame.when else []
     words.append("true displacements" if scale == 1.0 else f"displacements × {scale:g}")
     if far:
@@ -278,7 +284,7 @@ def about(frame: Frame, scale: float, far: int = 0, beyond: str = "") -> str:
 
 
 def _moving(source: Any, index: int) -> list[Integers]:
-    """The blocks that move where the stage of a state fails, if it does."""
+    """Numbers of the moving blocks as one array in a list; an empty list if the stage does not fail."""
     seen = Results(source) if isinstance(source, (str, os.PathLike)) else source
     seen = seen[index] if isinstance(seen, Results) else seen
     if isinstance(seen, ResultsFrame):
@@ -289,14 +295,14 @@ def _moving(source: Any, index: int) -> list[Integers]:
         if len(marked):
             return [np.unique(marked)]
         stage, stages_of = seen.stage, seen._results.stages
-        # The blocks move on from where the stage has failed, at its end.
+        # The summary names the blocks that move at the end of the stage, which its last frame shows.
         if (stages_of[seen.index + 1 :] == stage).any():
             return []
         try:
             stages = seen._results.summary["stages"]
         except FileNotFoundError:
             return []
-        # A stage of the same name may have been done more than once.
+        # A stage of the same name may have run more than once.
         done = [entry for entry in stages if entry["name"] == stage][-1:]
     else:
         done = seen.summary["stages"][-1:]
@@ -316,11 +322,11 @@ def _in_notebook() -> bool:
 
 
 def _inline(page: str, size: tuple[int, int]) -> None:
-    """Shows a page below the cell of a notebook, with no server behind it."""
+    """Show a page below the cell of a notebook, without a server."""
     from html import escape
 
     shell: Any = import_module("IPython.display")
     style = f"width: 100%; aspect-ratio: {size[0]} / {size[1]}; border: 0"
-    # Within a div: IPython warns of frames that stand alone, as if they had an address.
+    # Inside a div: IPython warns about an iframe that stands alone, as if it had an address.
     frame = f'<div><iframe srcdoc="{escape(page)}" style="{style}"></iframe></div>'
     shell.display(shell.HTML(frame))

@@ -1,4 +1,4 @@
-"""Histories of probes: read from a folder of results, drawn over time."""
+"""Histories of probes, read from a folder of results and drawn over time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Probes: TypeAlias = "Source | Mapping[str, npt.NDArray[np.void]]"
 
 
 def read_probes(folder: str | os.PathLike[str]) -> Histories:
-    """Histories that a run has written to its folder.
+    """Read the histories of probes from a folder of results.
 
     Parameters
     ----------
@@ -32,8 +32,9 @@ def read_probes(folder: str | os.PathLike[str]) -> Histories:
     Returns
     -------
     dict of str to Table
-        Of each probe by its name, one entry a sample: ``time`` (s), ``step``, and ``x``, ``y``,
-        ``z``, of stresses ``xx``, ``yy``, ``zz``, ``xy``, ``yz``, ``zx`` (m, m/s, N or Pa).
+        Table of each probe, by the name of the probe, with a row for each sample. The columns are
+        ``time`` (s), ``step``, and ``x``, ``y``, ``z``; for stresses ``xx``, ``yy``, ``zz``,
+        ``xy``, ``yz``, ``zx``; for a single number the name of the quantity (m, m/s, N or Pa).
 
     Raises
     ------
@@ -55,31 +56,31 @@ def plot_probes(
     component: str | None = None,
     file: str | os.PathLike[str] | None = None,
 ) -> Figure:
-    """Draw what probes have seen, one below the other.
+    """Draw the histories of probes, one below the other.
 
     Parameters
     ----------
     probes : Simulation, Results, str, os.PathLike or mapping
-        A simulation, results or their folder, or histories by name, as `read_probes` gives them.
+        A simulation, results or their folder, or histories by name, as `read_probes` returns them.
     names : str or sequence of str, optional
         Probes to draw; by default all.
     component : str, optional
-        ``"x"``, ``"y"``, ``"z"``, of stresses ``"xx"``, ``"yy"``, ``"zz"``, ``"xy"``, ``"yz"``,
-        ``"zx"``; by default all of each probe.
+        Component to draw: ``"x"``, ``"y"``, ``"z"``; for stresses ``"xx"``, ``"yy"``, ``"zz"``,
+        ``"xy"``, ``"yz"``, ``"zx"``. By default all components of each probe.
     file : str or os.PathLike, optional
-        Image file to write, of any kind that matplotlib knows.
+        Image file to write, in any format of matplotlib.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Over the time (s), or over the steps where time stands still, as in a relaxation.
+        Figure over the time (s), or over the steps if time does not advance, as in a relaxation.
 
     Raises
     ------
     TypeError
-        If `probes` is something else.
+        If `probes` is of another type.
     ValueError
-        If there are no probes, or none of that name or component.
+        If there are no probes, or a name or the component is unknown.
     FileNotFoundError
         If the folder has no ``probes.csv``.
     ImportError
@@ -139,7 +140,7 @@ def plot_probes(
 
 
 def _quantities(deck: Any) -> Mapping[str, str]:
-    """Quantity of each probe, as the deck says it; nothing where that cannot be read."""
+    """Quantity of each probe in the deck; empty if the deck cannot be read."""
     if isinstance(deck, str):
         try:
             tomllib = import_module("tomllib")  # from Python 3.11 on

@@ -1,4 +1,4 @@
-"""The progress bar of a long call: tqdm's, in terminals and notebooks, where it is installed."""
+"""Progress bar of a long call in terminals and notebooks, drawn by tqdm if it is installed."""
 
 from __future__ import annotations
 
@@ -6,25 +6,25 @@ import sys
 import warnings
 from typing import Any
 
-#: Calls shorter than this show nothing [s].
+#: Calls shorter than this show no bar [s].
 DELAY = 0.5
 
 
 def _in_notebook() -> bool:
-    """True where a kernel of Jupyter runs this."""
+    """True in a Jupyter kernel."""
     ipython: Any = sys.modules.get("IPython")
     return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
 
 
 class Bar:
-    """One bar for each stage, made when there is something to show."""
+    """Progress bar: one for each stage, created at its first update."""
 
     def __init__(self) -> None:
         self._bar: Any = None
         self._stage: str | None = None
         try:
             with warnings.catch_warnings():
-                # A bar of text does as well: nothing to warn of.
+                # Without ipywidgets tqdm warns and draws a text bar, which is sufficient.
                 warnings.simplefilter("ignore")
                 from tqdm.auto import tqdm
         except ImportError:
@@ -42,16 +42,16 @@ class Bar:
         counts: tuple[int, int],
         updates_per_second: float,
     ) -> None:
-        """Shows where a stage is; without `steps` it is not known how many there will be.
+        """Show the progress of a stage; `steps` is None if the number of steps is unknown.
 
-        `counts` are those of failed pairs and of blocks in contact.
+        `counts` has the number of failed pairs and the number of contacts between two blocks.
         """
         if self._make is None:
             return
         if stage != self._stage:
             self.close()
-            # Nothing where the output is neither a terminal nor a notebook. One without ipywidgets
-            # has a bar of text, which would take it for a file.
+            # None: tqdm draws no bar if the output is not a terminal. The text bar of a notebook without
+            # ipywidgets would treat the notebook as a file, so a notebook needs False.
             disable = False if _in_notebook() else None
             self._bar = self._make(
                 desc=stage, unit="step", unit_scale=True, delay=DELAY, disable=disable
@@ -68,7 +68,7 @@ class Bar:
         bar.update(step - bar.n)
 
     def close(self) -> None:
-        """Leaves the bar as it is."""
+        """Close the bar in its present state."""
         if self._bar is not None:
             bar, self._bar, self._stage = self._bar, None, None
             bar.close()

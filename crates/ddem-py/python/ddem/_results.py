@@ -1,4 +1,4 @@
-"""Folders of results: the one reader of what a run has written."""
+"""Reader of folders of results."""
 
 from __future__ import annotations
 
@@ -31,23 +31,24 @@ _FRAGMENT = np.dtype(
 
 
 class Results(Sequence["Frame"]):
-    """A folder of results: its frames, the histories of its probes, its energies, its summary.
+    """Folder of results: frames, histories of probes, energies and summary.
 
-    Nothing is read before it is asked for, so that folders of any size open at once, and one of a
-    run that still goes on shows what is there; make another to see what has come since. Fields and
-    meshes need PyVista, all else NumPy alone.
+    Data are read on demand, so that folders of any size open at once. During a run the folder shows
+    the results so far; create another `Results` to see later ones. Fields and meshes need PyVista,
+    all other data need NumPy only.
 
     Parameters
     ----------
     folder : str or os.PathLike
-        What ``ddem DECK``, :func:`run_deck` or ``record=`` of a call have written.
+        Folder written by ``ddem DECK``, by :func:`run_deck` or by ``record=`` of a call.
 
     Raises
     ------
     FileNotFoundError
-        If there is no such folder, or no results in it.
+        If the folder does not exist or has no results.
     ValueError
-        If times of its frames do not grow, because more than one run has written there.
+        On access to the frames, if times or steps of the frames decrease, because more than one run
+        has written to the folder.
 
     Examples
     --------
@@ -70,7 +71,7 @@ class Results(Sequence["Frame"]):
 
     @property
     def folder(self) -> Path:
-        """The folder."""
+        """Path of the folder."""
         return self._folder
 
     def __repr__(self) -> str:
@@ -78,12 +79,12 @@ class Results(Sequence["Frame"]):
 
     @cached_property
     def title(self) -> str:
-        """Title of the model; the name of the folder where it has none."""
+        """Title of the model, or the name of the folder if there is none."""
         return str(self._marker.get("title") or self.folder.resolve().name)
 
     @cached_property
     def deck(self) -> str:
-        """The deck that was run, its text."""
+        """Text of the deck that was run."""
         return str(self._marker.get("text") or "")
 
     @cached_property
@@ -97,7 +98,8 @@ class Results(Sequence["Frame"]):
 
     @cached_property
     def summary(self) -> dict[str, Any]:
-        """Contents of ``summary.json``, at the end of a run: its model, and each stage with its end."""
+        """Contents of ``summary.json``, written at the end of a run: the model, and each stage with
+        its result."""
         path = self.folder / "summary.json"
         if not path.exists():
             raise FileNotFoundError(f"{path} is not there: it is written when the run ends")
@@ -121,18 +123,18 @@ class Results(Sequence["Frame"]):
                     f"step {steps[at - 1]}; record each run in a folder of its own"
                 )
             return times, steps, stages
-        # Not of this version, or not of ddem.
+        # The files are from another version, or not from ddem.
         times = np.array(self._file("blocks").times, np.float64)
         return times, np.full(len(times), -1), np.full(len(times), "", np.str_)
 
     @property
     def times(self) -> Floats:
-        """Simulated time of each frame [s], shape (n,). Frames of one relaxation share theirs."""
+        """Simulated time of each frame [s], shape (n,). Frames of one relaxation have the same time."""
         return self._frames[0].copy()
 
     @property
     def steps(self) -> Integers:
-        """Steps since the start of the run at each frame, shape (n,); -1 where it is not known."""
+        """Steps since the start of the run at each frame, shape (n,); -1 if unknown."""
         return self._frames[1].copy()
 
     @property
@@ -166,7 +168,7 @@ class Results(Sequence["Frame"]):
 
     @cached_property
     def probes(self) -> Histories:
-        """Histories of the probes by their names: tables of ``time`` (s), ``step`` and ``x``,
+        """Histories of the probes by name: tables with the columns ``time`` (s), ``step`` and ``x``,
         ``y``, ``z`` or ``xx`` to ``zx``, as :attr:`Simulation.probes`."""
         header, rows = rows_of(self.folder / "probes.csv")
         columns: dict[str, list[int]] = {}
@@ -186,7 +188,7 @@ class Results(Sequence["Frame"]):
 
     @cached_property
     def energy(self) -> Table:
-        """Energies over time [J], a row of ``stage``, ``step``, ``time`` (s) and each of them."""
+        """Energies over time: a table of ``stage``, ``step``, ``time`` (s) and the energies [J]."""
         header, rows = rows_of(self.folder / "energy.csv")
         width = max((len(row[0]) for row in rows), default=1)
         kind = np.dtype(
@@ -196,7 +198,7 @@ class Results(Sequence["Frame"]):
         return np.array(values, kind).view(Table)
 
     def fragments(self, stage: str | None = None) -> Table:
-        """Fragments at the end of a stage, of the last one that was done if none is named.
+        """Fragments at the end of a stage, by default the last one that was run.
 
         Parameters
         ----------
@@ -206,18 +208,18 @@ class Results(Sequence["Frame"]):
         Returns
         -------
         Table
-            As :attr:`Simulation.fragments`.
+            Table as :attr:`Simulation.fragments`.
 
         Raises
         ------
         ValueError
-            If no stage of that name has been done.
+            If no stage of that name has run.
         """
         header, rows = rows_of(self.folder / "fragments.csv")
         if stage is not None:
             done = dict.fromkeys(row[0] for row in rows)
             rows = [row for row in rows if row[0] == one_of("stage", stage, done)]
-        # A stage of the same name may have been done more than once.
+        # A stage of the same name may have run more than once: take the last.
         rows = [row for row in rows if row[:2] == rows[-1][:2]]
         start = header.index("blocks")
         numbers = [[float(cell) for cell in row[start:]] for row in rows]

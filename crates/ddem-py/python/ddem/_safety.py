@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from ._ddem import Model, Simulation
 from ._errors import Collapsed, NotConverged
 
-# Steps in which a model that stands finds its first equilibrium. One on the limit never does.
+# Most steps of the first relaxation. A stable model needs fewer; a model at its limit finds no equilibrium.
 _FIRST = 20_000
 
 
@@ -20,13 +20,13 @@ class Safety:
     Attributes
     ----------
     factor : float or None
-        Factor of safety; None where it is outside the bracket.
+        Factor of safety; None if an end of `bracket` is None, as for a factor outside the search.
     bracket : (float or None, float or None)
-        Largest factor that is stable, and smallest one that is not.
+        Largest stable factor and smallest unstable factor; None if no trial gave one.
     trials : list of (float, str, int)
         Factor, verdict ("at rest", "fails", "undecided") and steps of each trial.
     moving : list of (str, int)
-        Set and number of the blocks that move in the unstable trial of the smallest factor.
+        Set and number of the moving blocks in the unstable trial with the smallest factor.
     """
 
     factor: float | None
@@ -46,30 +46,32 @@ def factor_of_safety(
     max_steps: int | None = None,
     threads: int | None = None,
 ) -> Safety:
-    """Factor by which the strengths of joints can be divided until blocks move.
+    """Factor of safety: divisor of the strengths of joints at which blocks begin to move.
 
     Parameters
     ----------
     model : Model or Simulation
-        A simulation, which stays as it is: every trial starts from its present state, which should
-        be an equilibrium. Trials from another state relax what is out of balance as well, with
-        strengths that are divided already. Or a model: it is relaxed first, and where it does not
-        stand with its own strengths trials start from the model as built.
+        Simulation or model to examine. Every trial starts from the present state of a simulation
+        and does not change it. This state should be an equilibrium: otherwise each trial also
+        relaxes the unbalanced forces, with strengths that are already reduced. A model is relaxed
+        first. If it finds no equilibrium with its own strengths, trials start from the model as
+        built.
     bracket : (float, float), optional
-        Factors between which it is looked for; (0.5, 4) without it.
+        Smallest and largest factor of the search; default (0.5, 4).
     resolution : float, optional
-        Width of the bracket that is left; 0.005 without it.
+        Width of the final bracket; default 0.005.
     joints : str or sequence of str, optional
-        Names of the joints whose strengths are divided; without it all, and the friction of contacts.
+        Names of the joints whose strengths are divided; default all, and the friction of contacts.
     limit : float, optional
-        Motion of neighbours that counts as failure where it goes on, as a part of an edge; 0.02 without it.
+        Continuing motion between neighbours that counts as failure, relative to an edge; default
+        0.02.
     tolerance : float, optional
-        Unbalanced force ratio at which a trial is at rest; 1e-5 without it.
+        Unbalanced force ratio at which a trial is at rest; default 1e-5.
     max_steps : int, optional
-        Steps after which a trial is undecided, and counts as unstable; 200 000 without it. The
-        first relaxation of a model takes 20 000 at most.
+        Number of steps after which a trial is undecided and counts as unstable; default 200 000.
+        The first relaxation of a model takes at most 20 000.
     threads : int, optional
-        Of a model, as in :meth:`Model.build`; a simulation has its own.
+        Number of threads for a model, as in :meth:`Model.build`; a simulation has its own threads.
 
     Returns
     -------
@@ -83,14 +85,14 @@ def factor_of_safety(
     ModelError
         An argument is wrong.
     KeyboardInterrupt
-        The simulation is as it was.
+        Ctrl-C was pressed. The simulation is unchanged.
 
     Warns
     -----
     UserWarning
-        Where a trial that decides was undecided, where a model finds no equilibrium in its first
-        relaxation, and where supports, loads or excavations of a model wait for a stage: they are
-        no part of its factor.
+        If a decisive trial was undecided, if the first relaxation of a model neither reaches
+        equilibrium nor fails, or if supports, loads, excavations or joints of a model wait for a
+        stage and are not part of its factor.
     """
     if isinstance(model, Model):
         simulation = _settled(model, max_steps, threads)
@@ -129,7 +131,7 @@ def _warn_of_undecided(
 
 
 def _settled(model: Model, max_steps: int | None, threads: int | None) -> Simulation:
-    """The model in equilibrium; as built where it finds none, so that factors below 1 are found."""
+    """Simulation of the model in equilibrium, or as built if there is none, for factors below 1."""
     simulation = model.build(threads=threads)
     if waiting := simulation._waiting():
         names = ", ".join(f"`{name}`" for name in waiting)
@@ -150,7 +152,7 @@ def _settled(model: Model, max_steps: int | None, threads: int | None) -> Simula
                 stacklevel=3,
             )
         with warnings.catch_warnings():
-            # They have been given once.
+            # The first `build` has issued these warnings.
             warnings.simplefilter("ignore")
             return model.build(threads=threads)
     return simulation

@@ -29,16 +29,16 @@ _FACES = np.array(
 
 @dataclass
 class Frame:
-    """One state of a model: of a running simulation, or a frame of its results."""
+    """One state of a model: the present state of a simulation, or a frame of results."""
 
     title: str
     when: str  # stage, and time in motion or step in a relaxation
     points: Floats  # (n_nodes, 3) m, reference positions
     displacement: Floats  # (n_nodes, 3) m
     elements: Integers  # (n_elements, 8) in the order of VTK
-    blocks: Integers  # (n_elements,) number of their block
-    removed: npt.NDArray[np.bool_]  # (n_elements,) whether they have been taken out
-    rigid: npt.NDArray[np.bool_]  # (n_elements,) whether their block has no stress
+    blocks: Integers  # (n_elements,) number of the block
+    removed: npt.NDArray[np.bool_]  # (n_elements,) true for removed blocks
+    rigid: npt.NDArray[np.bool_]  # (n_elements,) true for rigid blocks, which have no stress
     fields: Sequence[str]
     values: Callable[[str], npt.NDArray[Any]]
     pairs: Mapping[str, npt.NDArray[Any]] | npt.NDArray[np.void]
@@ -48,7 +48,7 @@ class Frame:
 
 
 def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -> Frame:
-    """The state to draw; pairs and contacts are looked up only where they are asked for."""
+    """State to draw. Pairs and contacts are read only if `joints` or `contacts` is true."""
     seen: Any = Results(source) if isinstance(source, (str, os.PathLike)) else source
     if isinstance(seen, Results):
         folder = seen.folder
@@ -72,7 +72,7 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
     elements = seen.elements
 
     def marked(name: str, present: str | None = None) -> npt.NDArray[np.bool_]:
-        """Elements that a field marks, none where there is no such field."""
+        """Mask of the elements with a nonzero value of a field; all false if there is no such field."""
         if present is not None and hasattr(seen, present):
             return np.asarray(getattr(seen, present), np.bool_)
         try:
@@ -102,14 +102,14 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
 
 
 def _when(seen: Any) -> str:
-    """Stage of a state, and its time or, in a relaxation, its step: time stands still there."""
+    """Text with the stage of a state and its time, or its step in a relaxation, which takes no time."""
     if isinstance(seen, ResultsFrame):
         words, still, step = [seen.stage] if seen.stage else [], seen.still, seen.step
     else:
-        # Without a time step it has not moved in time, or has been relaxed since.
+        # If the time step is 0, the simulation has not run in time, or has been relaxed since.
         still, step = not getattr(seen, "time_step", 1.0), getattr(seen, "steps", None)
         done = seen.summary.get("stages", [])
-        # Where it has gone on since, such as in a run that calls this, no stage is over.
+        # If further steps have followed, as in a run that calls this, the state is not the end of a stage.
         over = done and sum(stage["steps"] for stage in done) == step
         words = [done[-1]["name"]] if over and done[-1]["name"] else []
     if not still:
@@ -142,18 +142,18 @@ def _present(simulation: Simulation) -> Callable[[str], npt.NDArray[Any]]:
 
 @dataclass
 class Values:
-    """Scalars of a picture and what they are."""
+    """Scalars of a picture with their place, label and unit."""
 
     scalars: Floats
     on_nodes: bool
     label: str
-    unit: str  # empty where it is not known
+    unit: str  # empty if unknown
 
 
 def values_of(
     frame: Frame, field: str | npt.ArrayLike, component: str | None, label: str | None
 ) -> Values:
-    """The scalars of a field, by name or as an array of the user."""
+    """Scalars of a field, given by its name or as an array of the user."""
     name = field if isinstance(field, str) else "values"
     if name in JOINTS and name not in frame.fields:
         raise ValueError(f"field: {name!r} belongs to the joints: joints={name!r} draws it")
@@ -176,14 +176,14 @@ def values_of(
     return Values(scalars, len(given) == counts[0], words + (f" ({unit})" if unit else ""), unit)
 
 
-# How far beyond the model at the start a block must be to be left outside, as a part of its size.
+# Distance from the initial model beyond which a block is left outside, relative to the model's size.
 _BEYOND = 0.5
-# The most blocks that may be left outside: with more of them the picture would not show the model.
+# Largest part of the blocks that may be left outside, because the picture must show the model.
 _FEW = 0.25
 
 
 def outside(frame: Frame, scale: float) -> Integers:
-    """Numbers of the few blocks that are drawn far from where the model was at the start."""
+    """Numbers of the blocks that are drawn far from the initial model; none if they are too many."""
     kept = ~frame.removed
     if not kept.any():
         return np.empty(0, np.int64)
@@ -201,14 +201,14 @@ def outside(frame: Frame, scale: float) -> Integers:
 def measure(
     values: Floats, component: str | None, argument: str = "component"
 ) -> tuple[Floats, str]:
-    """One number of each value, and its name.
+    """Scalar of each value, and its name.
 
     Parameters
     ----------
     values : (n,), (n, 1), (n, 3) or (n, 6) array
         Scalars, vectors, or stresses as xx yy zz xy yz zx.
     component : str or None
-        Of vectors ``"x"`` ``"y"`` ``"z"`` ``"magnitude"`` (default); of stresses ``"xx"`` …
+        For vectors ``"x"`` ``"y"`` ``"z"`` ``"magnitude"`` (default); for stresses ``"xx"`` …
         ``"zx"``, ``"von_mises"`` (default), or the principal stresses ``"s1"`` ≥ ``"s2"`` ≥
         ``"s3"``, tension positive.
     """
@@ -238,13 +238,13 @@ def measure(
 
 
 def automatic_scale(points: Floats, displacement: Floats) -> float:
-    """Magnification, 1 2 or 5 × 10ⁿ, that shows the largest displacement as 5 % of the model.
+    """Magnification, 1, 2 or 5 × 10ⁿ, that shows the largest displacement as about 5 % of the model.
 
-    It is 1 where displacements are that large already, or all zero.
+    It is 1 if displacements are already that large, or all zero.
     """
     most = float(np.linalg.norm(displacement, axis=1).max(initial=0.0))
     size = float(np.ptp(points, axis=0).max())
-    # The second test is for displacements so small that the quotient overflows.
+    # The last test is for displacements so small that the quotient overflows.
     if most == 0.0 or 0.05 * size <= most or not np.isfinite(size / most):
         return 1.0
     wanted = 0.05 * size / most
@@ -253,10 +253,10 @@ def automatic_scale(points: Floats, displacement: Floats) -> float:
 
 
 def skin(elements: Integers) -> tuple[Integers, Integers]:
-    """Outer faces of the blocks: their nodes (n, 4), counterclockwise from outside, and elements."""
+    """Outer faces of the blocks: their nodes (n, 4), counterclockwise from outside, and their elements."""
     faces = elements[:, _FACES].reshape(-1, 4)
     owner = np.repeat(np.arange(len(elements)), 6)
-    # One diagonal tells faces apart, and a single number sorts faster than four.
+    # One diagonal identifies a face, and one number sorts faster than four.
     row, first = np.arange(len(faces)), faces.argmin(axis=1)
     key = faces[row, first] * (faces.max(initial=0) + 1) + faces[row, (first + 2) % 4]
     _, index, count = np.unique(key, return_index=True, return_counts=True)
@@ -264,12 +264,12 @@ def skin(elements: Integers) -> tuple[Integers, Integers]:
     return faces[outer], owner[outer]
 
 
-# Most cells along the longest edge of a grid in which neighbours are looked for.
+# Most cells along the longest edge of the grid that finds neighbours.
 _FINEST = 200
 
 
 def neighbours(frame: Frame, fragments: Integers) -> Integers:
-    """Pairs of fragments (n, 2) that are beside each other at the start, from those of elements."""
+    """Neighbouring fragments at the start, two by two (n, 2), from the fragment of each element."""
     kept = np.flatnonzero(~frame.removed)
     corners = frame.points[frame.elements[kept]]
     blocks, one, block = np.unique(
@@ -282,7 +282,7 @@ def neighbours(frame: Frame, fragments: Integers) -> Integers:
     np.maximum.at(high, block.reshape(-1), corners.max(axis=1))
     start = low.min(axis=0)
     size = high.max(axis=0) - start
-    # Cells a little smaller than the smallest block, so that each has one and joints have none.
+    # Cells slightly smaller than the smallest block: each block has at least one, and joints have none.
     edge = max(0.9 * float((high - low).min()), float(size.max()) / _FINEST)
     grid = np.full(np.ceil(size / edge).astype(int) + 1, -1, np.int64)
     first = np.floor((low - start) / edge).astype(int)
@@ -299,19 +299,19 @@ def neighbours(frame: Frame, fragments: Integers) -> Integers:
 
 
 def apart(frame: Frame, fragments: Integers, colours: int) -> Integers:
-    """A colour of each fragment by its number: 0 of the first, which is the largest.
+    """Colour of each fragment, by its number: 0 for the first, which is the largest.
 
-    The others have 1 to `colours`, so that neighbours differ and all are used alike.
+    The others have 1 to `colours`: neighbours differ, and all colours are used about equally often.
     """
     around: dict[int, list[int]] = {}
     for a, b in neighbours(frame, fragments).tolist():
-        # Only those with lower numbers have a colour when it is looked for.
+        # Only neighbours with lower numbers have a colour already.
         around.setdefault(b, []).append(a)
     chosen = np.zeros(int(fragments.max(initial=0)) + 1, np.int64)
     used = np.zeros(colours + 1)
     for number in range(1, len(chosen)):
         near = np.bincount(chosen[around.get(number, [])], minlength=colours + 1)[1:]
-        # Where there are more neighbours than colours, the one that the fewest of them have.
+        # The colour of the fewest neighbours: there may be more neighbours than colours.
         colour = int(np.lexsort((used[1:], near))[0]) + 1
         chosen[number] = colour
         used[colour] += 1
@@ -319,7 +319,7 @@ def apart(frame: Frame, fragments: Integers, colours: int) -> Integers:
 
 
 def lines_of(points: Floats, faces: Integers, every: bool) -> Integers:
-    """Pairs of nodes to draw lines between: where faces meet at more than 30°, or `every` edge."""
+    """Ends (n, 2) of the lines to draw: edges at which faces meet at more than 30°, or `every` edge."""
     normals = np.cross(
         points[faces[:, 2]] - points[faces[:, 0]], points[faces[:, 3]] - points[faces[:, 1]]
     )
@@ -338,10 +338,10 @@ def lines_of(points: Floats, faces: Integers, every: bool) -> Integers:
 
 
 def quarters(corners: Floats) -> tuple[Floats, Integers]:
-    """Each quadrilateral (n, 4, 3) in four, one to each corner: points (9 n, 3), cells (4 n, 4).
+    """Divide each quadrilateral (n, 4, 3) into four, one per corner: points (9 n, 3), cells (4 n, 4).
 
-    What is known of a joint is known of its pairs. Half of an element may have failed: colours
-    between the corners would show states that nothing is in.
+    Values of a joint are values of its pairs. Half of an element may have failed: colours
+    interpolated between the corners would show states that no pair has.
     """
     middles = 0.5 * (corners + np.roll(corners, -1, axis=1))
     centre = corners.mean(axis=1, keepdims=True)

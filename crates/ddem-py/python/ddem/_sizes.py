@@ -1,4 +1,4 @@
-"""Fragments: read from a folder of results, their sizes drawn."""
+"""Fragments, read from a folder of results, and pictures of their sizes."""
 
 from __future__ import annotations
 
@@ -19,24 +19,24 @@ Fragments: TypeAlias = "Source | npt.NDArray[np.void]"
 
 
 def read_fragments(folder: str | os.PathLike[str], stage: str | None = None) -> Table:
-    """Fragments at the end of a stage, as a run has written them to its folder.
+    """Read the fragments at the end of a stage from a folder of results.
 
     Parameters
     ----------
     folder : str or os.PathLike
         Folder of results, with ``fragments.csv``.
     stage : str, optional
-        Name of the stage; by default the last one that was done.
+        Name of the stage; by default the last one that was run.
 
     Returns
     -------
     Table
-        As :attr:`Simulation.fragments` has them.
+        Table as :attr:`Simulation.fragments`.
 
     Raises
     ------
     ValueError
-        If no stage of that name has been done.
+        If no stage of that name has run.
     FileNotFoundError
         If the folder has no ``fragments.csv``.
 
@@ -53,29 +53,30 @@ def plot_sizes(
     stage: str | None = None,
     file: str | os.PathLike[str] | None = None,
 ) -> Figure:
-    """Draw how much of the mass is in fragments that are no larger than a size.
+    """Draw the size distribution of fragments: passing by mass over size.
 
     Parameters
     ----------
     fragments : Simulation, Results, str, os.PathLike or structured array
-        A simulation as it is now, results or their folder, or some of the rows of
+        A simulation in its present state, results or their folder, or some of the rows of
         :attr:`Simulation.fragments`.
     stage : str, optional
-        Of a folder: at the end of which stage; by default the last one that was done.
+        Name of the stage of a folder, at whose end fragments are drawn; by default the last one
+        that was run.
     file : str or os.PathLike, optional
-        Image file to write, of any kind that matplotlib knows.
+        Image file to write, in any format of matplotlib.
 
     Returns
     -------
     matplotlib.figure.Figure
-        Cumulative passing by mass (%) over the equivalent size (m), the edge of a cube of the same
-        volume, on a logarithmic axis.
+        Figure of the cumulative passing by mass (%) over the equivalent size (m), the edge of a
+        cube of the same volume, on a logarithmic axis.
 
     Raises
     ------
     ValueError
-        If there are no fragments, no stage of that name has been done, or a `stage` is given where
-        there is no folder.
+        If there are no fragments, no stage of that name has run, or `stage` is given without a
+        folder.
     FileNotFoundError
         If the folder has no ``fragments.csv``.
     ImportError
@@ -101,10 +102,10 @@ def plot_sizes(
         raise ValueError("fragments: a simulation, a folder, or rows of `Simulation.fragments`")
     if len(rows) == 0:
         raise ValueError("fragments: there are none")
-    # Of some of the rows: what passes is a part of their mass. The largest come first.
+    # Passing is a part of the mass of the given rows, of which the largest fragment comes first.
     passing = 100.0 * np.cumsum(rows["mass"][::-1])[::-1] / rows["mass"].sum()
     figure, axes = plt.subplots(figsize=(7.0, 4.5), layout="constrained")
-    # Nothing passes between one size and the next larger one.
+    # Passing is constant between one size and the next larger one.
     steps = {"drawstyle": "steps-pre", "marker": "o", "markersize": 3, "linewidth": 1.4}
     axes.plot(rows["size"], passing, **steps)
     axes.set_xscale("log")
@@ -121,12 +122,12 @@ def plot_sizes(
 
 
 def _mark(axes: Any, sizes: npt.NDArray[np.float64]) -> None:
-    """Marks a logarithmic axis with so few plain numbers that they stand apart."""
+    """Mark a logarithmic axis with plain numbers, few enough that they do not overlap."""
     from matplotlib import ticker
 
     low, high = float(sizes.min()), float(sizes.max())
     if high < 1.05 * low:
-        # All of one size: it needs something around it.
+        # All fragments have one size: the axis needs some length around it.
         low, high = 0.5 * low, 2.0 * high
         axes.set_xlim(low, high)
     marks: Any = ticker.MaxNLocator(7, steps=[1, 2, 2.5, 5, 10])

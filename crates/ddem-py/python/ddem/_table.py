@@ -12,7 +12,7 @@ from ._names import TENSOR, VECTOR
 if TYPE_CHECKING:
     import pandas as pd
 
-# Of columns with several numbers in a row: what each of them is called.
+# Names of the numbers in columns with several numbers per row.
 _PARTS = {2: ("a", "b"), 3: VECTOR, 6: TENSOR}
 
 
@@ -25,20 +25,21 @@ def _pandas() -> Any:
 
 
 class Table(np.recarray[Any, Any]):
-    """A structured array whose columns are attributes, too, and which becomes a data frame.
+    """Structured array whose columns are also attributes, and which converts to a data frame.
 
-    It is an array of NumPy in all else: ``pairs["slip"]``, ``pairs.slip`` and
-    ``pairs[pairs.state > 0]`` do what they do of any record array.
+    It is a NumPy record array: ``pairs["slip"]``, ``pairs.slip`` and ``pairs[pairs.state > 0]``
+    work as in any record array.
     """
 
     def to_pandas(self) -> pd.DataFrame:
-        """The table as a data frame, with a column for each number.
+        """Convert the table to a data frame with a column for each number.
 
         Returns
         -------
         pandas.DataFrame
-            Vectors have columns such as ``force.x``, stresses ``stress.xx``, the numbers of two
-            blocks or nodes ``blocks.a`` and ``blocks.b``, as the CSV files of results have.
+            Data frame with columns such as ``force.x`` for vectors, ``stress.xx`` for stresses, and
+            ``blocks.a`` and ``blocks.b`` for the numbers of two blocks or nodes, as in the CSV files
+            of results.
 
         Raises
         ------
@@ -59,15 +60,16 @@ class Table(np.recarray[Any, Any]):
 
 
 class Histories(dict[str, Table]):
-    """Histories of probes: a dictionary of tables by the name of the probe."""
+    """Histories of probes: dictionary of tables by the name of the probe."""
 
     def to_pandas(self) -> pd.DataFrame:
-        """All probes in one data frame, a row for each step at which one of them was sampled.
+        """Combine all probes in one data frame with a row for each step at which a probe was sampled.
 
         Returns
         -------
         pandas.DataFrame
-            ``step``, ``time`` (s) and columns such as ``top.x``; NaN where a probe was not sampled.
+            Data frame with ``step``, ``time`` (s) and columns such as ``top.x``; NaN where a probe was
+            not sampled.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Lines on the outside of the model: traces of joints, and edges of blocks that move."""
+"""Lines on the outer faces of the model: traces of joints, and edges of moving blocks."""
 
 from __future__ import annotations
 
@@ -10,30 +10,31 @@ import numpy.typing as npt
 from ._layers import INK, STATES, Layer, pairs_by_state, states
 from ._scene import Floats, Frame, Integers, lines_of, skin
 
-# Of traces that hold and of others, in pixels of a picture of 1200 × 900.
+# Width of the traces of bonded joints and of others, in pixels of a picture of 1200 × 900.
 _HOLDS, _FAILED = 3.5, 5.5
-# Among the faces of joints those that hold are seen through.
+# Opacity of the traces of bonded joints if faces of joints are drawn, too.
 _FAINT = 0.35
-# How far the middle of a joint element may be from those of the faces on its sides, and how far these
-# may have moved apart before the joint is no more than two faces: parts of the edge of an element.
+# Largest distance from the centre of a joint element to the centres of the faces on its sides, and largest relative
+# displacement of these faces before the joint has separated. Both are parts of the shortest edge of the element.
 _BESIDE, _PARTED = 0.35, 0.5
-# Why an element of a joint has no faces on its sides: they do not match, or have parted.
+# Marks of a joint element without faces on its sides: they do not match, or have separated.
 _ALONE, _GONE = -1, -2
 MOVING = "#d6006c"
 
 
 def traces(frame: Frame, scale: float, alone: bool) -> list[Layer]:
-    """Lines where joints come to the outside, a layer for each state; lines have one width,
-    however thick the joints are. `alone` they have a legend, otherwise those that hold are faint.
+    """Traces of joints on the outer faces of the model, a layer for each state.
 
-    They lie on the edges of the blocks on both sides, so that they are seen along the joints.
+    The width of a line does not depend on the thickness of its joint. If `alone` is true, the lines
+    have a legend; otherwise lines of bonded joints are faint. The lines lie on the edges of the
+    blocks on both sides, so that they are also seen in views along the joints.
     """
     if len(frame.quads) == 0:
         raise ValueError("joints: the model has no joints")
     state, moved = states(frame), frame.points + scale * frame.displacement
     found = _found(frame)
     parts = [(moved[found.ends], state[found.pairs])]
-    # Faces that do not match: the rims of their joints, wherever they are.
+    # Nonconforming joints: the rims, at their own positions.
     if len(found.alone):
         drawn = np.asarray(frame.pairs["point"], np.float64) + scale * np.asarray(
             frame.pairs["displacement"], np.float64
@@ -44,13 +45,13 @@ def traces(frame: Frame, scale: float, alone: bool) -> list[Layer]:
 
 @dataclass
 class _Found:
-    """Edges at which joints come to the outside."""
+    """Edges at which joints meet the outer faces of the model."""
 
     ends: Integers  # (n, 2) nodes: edges of blocks
-    pairs: Integers  # (n, 2) pairs at these
-    faces: Integers  # (k, 2, 4) nodes of the faces on both sides of elements of joints
-    blocks: Integers  # (k, 2) and their blocks
-    alone: Integers  # (m, 2) pairs: rims of joints between faces that do not match
+    pairs: Integers  # (n, 2) pairs at these nodes
+    faces: Integers  # (k, 2, 4) nodes of the faces on both sides of joint elements
+    blocks: Integers  # (k, 2) blocks of these faces
+    alone: Integers  # (m, 2) pairs: rims of nonconforming joints
 
 
 def _found(frame: Frame) -> _Found:
@@ -67,7 +68,7 @@ def _found(frame: Frame) -> _Found:
     blocks = frame.blocks[kept[owners]]
     sides = _sides(frame, quads, faces, blocks)
     ends, pairs = _outer_edges(frame, quads, faces, sides)
-    # Beside a face at the rim of a joint there may be one of the same joint, not looked for above.
+    # The face beside one at the rim may be at an inner element of the same joint, left out above: keep the rim only.
     rims, count = np.sort(edges[rim], axis=1), len(frame.pairs["point"])
     at_rim = np.isin(np.sort(pairs, axis=1) @ [count, 1], rims @ [count, 1])
     mates = sides[sides[:, 0] >= 0]
@@ -78,7 +79,7 @@ def _found(frame: Frame) -> _Found:
 def _layers_of(
     parts: list[tuple[Floats, Integers]], state: Integers, numbers: Integers, alone: bool
 ) -> list[Layer]:
-    """Half of each line has the state of the pair at its end."""
+    """Layers of the traces. Each half of a line has the state of the pair at its end."""
     ends = np.concatenate([ends for ends, _ in parts])
     of_ends = np.concatenate([of_ends for _, of_ends in parts]).reshape(-1)
     middles = np.repeat(ends.mean(axis=1, keepdims=True), 2, axis=1)
@@ -100,7 +101,7 @@ def _layers_of(
 
 
 def _rim(quads: Integers) -> npt.NDArray[np.bool_]:
-    """Mask of the edges of each element of a joint that belong to no other, (n, 4)."""
+    """Mask of the edges of each joint element that belong to no other element, (n, 4)."""
     edges = np.sort(np.stack([quads, np.roll(quads, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
     _, number, count = np.unique(edges, axis=0, return_inverse=True, return_counts=True)
     rim: npt.NDArray[np.bool_] = (count[number.reshape(-1)] == 1).reshape(-1, 4)
@@ -108,7 +109,7 @@ def _rim(quads: Integers) -> npt.NDArray[np.bool_]:
 
 
 def _sides(frame: Frame, quads: Integers, faces: Integers, blocks: Integers) -> Integers:
-    """Faces of blocks on both sides of elements of joints (n, 2), or why there are none."""
+    """Faces of blocks on both sides of each joint element (n, 2), or `_ALONE` or `_GONE`."""
     from pyvista import convert_array
     from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
     from vtkmodules.vtkCommonDataModel import vtkPolyData, vtkStaticPointLocator
@@ -129,7 +130,7 @@ def _sides(frame: Frame, quads: Integers, faces: Integers, blocks: Integers) -> 
     reach = _BESIDE * np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2).min(axis=1)
     off = np.linalg.norm(centres[found] - middles[:, None], axis=2).max(axis=1)
     other = blocks[found[:, 0]] != blocks[found[:, 1]]
-    # Where the sides have parted there is no joint any more.
+    # If the sides have separated there is no joint any more.
     means = frame.displacement[faces].mean(axis=1)[found]
     apart = np.linalg.norm(means[:, 0] - means[:, 1], axis=1)
     found[apart > _PARTED / _BESIDE * reach] = _GONE
@@ -140,8 +141,8 @@ def _sides(frame: Frame, quads: Integers, faces: Integers, blocks: Integers) -> 
 def _outer_edges(
     frame: Frame, quads: Integers, faces: Integers, sides: Integers
 ) -> tuple[Integers, Integers]:
-    """Edges between faces that are at a joint and those that are not: nodes and pairs at their
-    ends, each (n, 2)."""
+    """Edges between a face at a joint and a face that is not: nodes and pairs at their ends, each
+    (n, 2)."""
     quad = np.full(len(faces), -1)
     matched = sides[:, 0] >= 0
     quad[sides[matched].reshape(-1)] = np.repeat(np.flatnonzero(matched), 2)
@@ -161,7 +162,7 @@ def _outer_edges(
 
 
 def moving(frame: Frame, blocks: Integers, scale: float) -> Layer:
-    """Edges of the blocks that move where a run fails, without those at which they keep together."""
+    """Edges of the moving blocks of a run that fails, without edges at joints between two of them."""
     these = np.isin(frame.blocks, blocks) & ~frame.removed
     faces, _ = skin(frame.elements[these])
     edges = lines_of(frame.points, faces, False)

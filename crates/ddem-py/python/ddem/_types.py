@@ -12,7 +12,7 @@ import numpy.typing as npt
 Floats: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.int64]
 Vector: TypeAlias = Union[Sequence[float], npt.NDArray[Any]]
-#: A plane, or from and to.
+#: Coordinate of a plane, or (from, to).
 Extent: TypeAlias = Union[float, Sequence[float]]
 History: TypeAlias = Union[
     Callable[[float], float], Mapping[str, Any], Sequence[Sequence[float]], npt.NDArray[Any]
@@ -22,18 +22,18 @@ Path: TypeAlias = Union[str, "os.PathLike[str]"]
 
 
 class Sphere(TypedDict):
-    """Inside a sphere."""
+    """Region inside a sphere."""
 
     centre: Vector
     radius: float
 
 
-#: Inside a cylinder.
+#: Region inside a cylinder.
 Cylinder = TypedDict("Cylinder", {"from": Vector, "to": Vector, "radius": float})
 
 
 class Plane(TypedDict, total=False):
-    """A plane: a point, and a normal or a dip with its direction."""
+    """Plane: a point, and a normal or a dip with its direction."""
 
     point: Vector
     normal: Vector
@@ -42,17 +42,17 @@ class Plane(TypedDict, total=False):
 
 
 class Topography(TypedDict):
-    """A file of heights."""
+    """File of heights."""
 
     topography: Path
 
 
-#: What parts above from below: a level z, a plane, heights.
+#: Surface of `above` and `below`: a level z, a plane or a file of heights.
 Sheet: TypeAlias = Union[float, Plane, Topography]
 
 
 class Where(TypedDict, total=False):
-    """Part of a model: planes and ranges, shapes, a side or the whole of a set of blocks."""
+    """Keys that select a part of a model: planes, ranges, shapes, orientations, a set of blocks or its side."""
 
     x: Extent
     y: Extent
@@ -71,7 +71,7 @@ class Where(TypedDict, total=False):
 
 
 class When(Where, total=False):
-    """Part of a model, and the stages in which something is in force."""
+    """Keys that select a part of a model, and the stages in which an entry is in force."""
 
     from_: str
     until: str
