@@ -111,9 +111,9 @@ def test_sizes_are_drawn(tmp_path: Path) -> None:
         assert line.get_ydata() == pytest.approx([100.0, 100 / 3])
     assert (tmp_path / "sizes.png").stat().st_size > 5000
     plt.close("all")
-    with pytest.raises(ValueError, match="there are none"):
+    with pytest.raises(ValueError, match="there are no fragments to draw"):
         ddem.plot_sizes(simulation.fragments[:0])
-    with pytest.raises(ValueError, match="fragments: a simulation"):
+    with pytest.raises(ValueError, match="fragments: expected a simulation"):
         ddem.plot_sizes(np.zeros(3))
     with pytest.raises(ValueError, match="only folders"):
         ddem.plot_sizes(simulation, stage="pull")

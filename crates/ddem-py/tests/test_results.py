@@ -53,7 +53,7 @@ def test_frames_are_picked_like_items_of_a_list(folder: Path) -> None:
     assert [frame.index for frame in results[1:5:2]] == [1, 3]
     assert results[-1].index == 6 and results[np.int64(2)].step == results.steps[2]
     assert results[-1].stage == "push" and results[-1].time == 2e-3
-    with pytest.raises(IndexError, match="7 is not there, .* has 7 frames"):
+    with pytest.raises(IndexError, match="7 does not exist, .* has 7 frames"):
         results[7]
     assert "7 frames" in repr(results) and "push" in repr(results[3])
 
@@ -220,7 +220,7 @@ def test_a_run_that_goes_on_can_be_read(tmp_path: Path) -> None:
     def look(simulation: ddem.Simulation) -> None:
         results = ddem.Results(tmp_path)
         assert results[-1].step == results.steps[-1] <= simulation.steps
-        assert "when the run ends" in refused(lambda: results.summary, FileNotFoundError)
+        assert "at the end of the run" in refused(lambda: results.summary, FileNotFoundError)
         counts.append(len(results))
 
     simulation = column().build()

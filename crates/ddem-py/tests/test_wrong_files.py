@@ -114,7 +114,7 @@ def test_the_nearest_path_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         (lambda: ddem.Model.from_deck("blok.toml"), "block.toml"),
     ):
         assert f"did you mean '{near}'?" in refused(call, FileNotFoundError)
-    with pytest.raises(TypeError, match=r"frame: a whole number is needed, not 1.0; frame \d+ is"):
+    with pytest.raises(TypeError, match=r"frame: expected a whole number, found 1.0; frame \d+ is"):
         ddem.Results("results/pile")[1.0]  # type: ignore[call-overload]
     with pytest.raises(TypeError, match="give the folder that `record=` of `run`"):
         ddem.animate(simulation)  # type: ignore[arg-type]

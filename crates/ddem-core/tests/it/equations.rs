@@ -76,7 +76,7 @@ fn equations_of_the_source_are_those_of_the_table() {
     assert!(where_cited.is_empty(), "not in the table of docs/method.md: {where_cited:?}");
 }
 
-/// True if a source file declares an item, or names a type by a macro as `Name:`.
+/// True if a source file declares an item or a public field, or names a type by a macro as `Name:`.
 fn declares(text: &str, item: &str) -> bool {
     let name = item.rsplit("::").next().unwrap_or(item);
     let ends = |at: usize| {
@@ -86,7 +86,8 @@ fn declares(text: &str, item: &str) -> bool {
     let declared = |words: &String| {
         text.match_indices(words.as_str()).any(|(at, found)| ends(at + found.len()))
     };
-    kinds.iter().any(declared) || text.contains(&format!("\n    {name}:\n"))
+    let field = format!("    pub {name}:");
+    kinds.iter().any(declared) || text.contains(&format!("\n    {name}:\n")) || text.contains(&field)
 }
 
 /// Files and functions that ARCHITECTURE.md names under "Where to look" exist.

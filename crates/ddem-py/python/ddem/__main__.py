@@ -23,11 +23,11 @@ def _arguments() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", required=True)
     draw = commands.add_parser("plot", prog="ddem plot", help="draw results to a picture")
     draw.add_argument("folder", metavar="DIR", help="folder of the results")
-    draw.add_argument("--field", metavar="NAME", help="of the blocks or of the joints")
+    draw.add_argument("--field", metavar="NAME", help="field of the blocks or joints")
     draw.add_argument("--frame", metavar="N", default="last", type=_frame)
     draw.add_argument("--view", choices=list(VIEWS))
     draw.add_argument("--scale", metavar="X", type=float, help="magnification of displacements")
-    draw.add_argument("--out", metavar="FILE.png", type=Path, help="DIR/plot.png without it")
+    draw.add_argument("--out", metavar="FILE.png", type=Path, help="image file (default: DIR/plot.png)")
     return parser
 
 
@@ -44,7 +44,7 @@ def draw(given: argparse.Namespace) -> Path:
     """Draw a picture of a folder of results and return its path."""
     results = Results(given.folder)
     if not -len(results) <= given.frame < len(results):
-        raise ValueError(f"--frame: {given.frame} is not there, there are {len(results)} frames")
+        raise ValueError(f"--frame: {given.frame} does not exist, the folder has {len(results)} frames")
     frame = results[given.frame]
     if given.field is not None:
         one_of("--field", given.field, frame.fields)

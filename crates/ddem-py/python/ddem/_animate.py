@@ -168,10 +168,10 @@ def _numbers(results: Results, frames: slice | Iterable[int] | None) -> list[int
         numbers = [int(number) for number in frames]
         for number in numbers:
             if not -len(every) <= number < len(every):
-                raise ValueError(f"frames: {number} is not there, there are {len(every)} frames")
+                raise ValueError(f"frames: {number} does not exist, there are {len(every)} frames")
         numbers = [number % len(every) for number in numbers]
     if not numbers:
-        raise ValueError(f"frames: there are none to draw, of {len(every)} in {results.folder}")
+        raise ValueError(f"frames: the selection is empty; {results.folder} has {len(every)} frames")
     return numbers
 
 
@@ -287,7 +287,7 @@ def _aim(plotter: Any, camera: Sequence[Sequence[float]]) -> None:
     """Point the camera from its position to the focal point, in parallel projection."""
     points = np.asarray(camera, np.float64)
     if points.shape != (3, 3) or not np.isfinite(points).all():
-        raise ValueError("camera: three points are needed: position, focal point and up")
+        raise ValueError("camera: expected three vectors: position, focal point and up")
     position, focus, up = points
     plotter.camera.parallel_projection = True
     plotter.camera.parallel_scale = np.linalg.norm(position - focus) * _HALF

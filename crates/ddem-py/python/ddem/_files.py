@@ -69,7 +69,7 @@ def not_there(folder: Path) -> str:
     if folder.is_file():
         return f"{folder} is a file: results are in a folder, such as {str(folder.parent)!r}"
     looked = ", ".join(LOOKED_FOR)
-    said = f"{folder} holds no results: looked for {looked}"
+    said = f"{folder} has no results: none of these files exists: {looked}"
     around = folder
     if not folder.exists():
         said, around = f"{folder} does not exist", folder.parent

@@ -213,7 +213,7 @@ def joints(
         quads = quads[~(np.asarray(pairs["removed"]).reshape(-1)[quads] != 0).any(axis=1)]
     state, numbers = states(frame), pairs_by_state(frame)
     if name not in ("slip", "traction") and component is not None:
-        raise ValueError(f"joint_component: {name!r} has none")
+        raise ValueError(f"joint_component: {name!r} has no components")
     moved = np.asarray(pairs["point"]) + scale * np.asarray(pairs["displacement"], np.float64)
     points, cells = quarters(moved[quads])
     of_cells = state[quads].reshape(-1)
@@ -272,7 +272,7 @@ def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[
     force = np.asarray(frame.contacts.get("force", np.empty((0, 3))), np.float64)
     acts = force.any(axis=1)
     if not acts.any():
-        raise ValueError("contacts: there are none to draw, no two blocks press on each other")
+        raise ValueError("contacts: nothing to draw, no contact has a force")
     force, met = force[acts], {name: frame.contacts[name][acts] for name in ("point", "blocks")}
     pairs, number = np.unique(met["blocks"].astype(np.int64), axis=0, return_inverse=True)
 

@@ -53,4 +53,4 @@ def one_of(argument: str, given: object, valid: Iterable[str]) -> str:
     names = list(valid)
     if isinstance(given, str) and given in names:
         return given
-    raise ValueError(f"{argument}: {given!r} is not one of them; {choices(given, names)}")
+    raise ValueError(f"{argument}: {given!r} is not valid; {choices(given, names)}")

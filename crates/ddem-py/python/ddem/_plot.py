@@ -201,7 +201,7 @@ def _pyvista() -> Any:
 def check_size(window_size: tuple[int, int]) -> None:
     """Raise a ValueError unless the window size is two positive numbers of pixels."""
     if len(window_size) != 2 or not all(size >= 1 for size in window_size):
-        raise ValueError(f"window_size: {window_size!r} must be two numbers of pixels above 0")
+        raise ValueError(f"window_size: {window_size!r} must be two positive numbers of pixels")
 
 
 def _check(
@@ -215,14 +215,14 @@ def _check(
     if scale is not None and not np.isfinite(scale):
         raise ValueError(f"scale: {scale!r} is not finite")
     if contacts and scale not in (None, 1.0):
-        raise ValueError(f"scale: {scale!r} with contacts, which are drawn where they are")
+        raise ValueError(f"scale: must be 1 with contacts, found {scale!r}")
 
 
 def _scale(state: Frame, scale: float | None, contacts: bool) -> float:
     """Magnification of the displacements, 1 with contacts, which are drawn at their true positions."""
     wrong = int((~np.isfinite(state.displacement)).any(axis=1).sum())
     if wrong:
-        raise ValueError(f"displacement: not finite at {wrong} nodes, there is nothing to draw")
+        raise ValueError(f"displacement: not finite at {wrong} nodes, so the model cannot be drawn")
     if contacts:
         return 1.0
     return automatic_scale(state.points, state.displacement) if scale is None else scale
@@ -278,7 +278,7 @@ def about(frame: Frame, scale: float, far: int = 0, beyond: str = "") -> str:
     words = [frame.when] if frame.when else []
     words.append("true displacements" if scale == 1.0 else f"displacements × {scale:g}")
     if far:
-        there = f"{far} block{' is' if far == 1 else 's are'} far outside of the picture"
+        there = f"{far} block{' is' if far == 1 else 's are'} far outside the picture"
         words.append(f"{there} ({beyond})" if beyond else there)
     return ", ".join(words)
 

@@ -106,10 +106,10 @@ def plot_probes(
         histories, deck = probes.probes, probes.summary.get("deck")
     else:
         kind = type(probes).__name__
-        raise TypeError(f"probes: a Simulation, a folder or histories are needed, not {kind}")
+        raise TypeError(f"probes: expected a Simulation, a folder or histories, found {kind}")
     chosen = [names] if isinstance(names, str) else list(histories if names is None else names)
     if not histories or not chosen:
-        raise ValueError("probes: there are none")
+        raise ValueError("probes: there are no probes to draw")
     quantities = _quantities(deck)
     shown = [histories[one_of("names", name, histories)] for name in chosen]
     still = all(np.ptp(history["time"]) == 0.0 for history in shown if len(history))

@@ -64,7 +64,7 @@ class Results(Sequence["Frame"]):
             if hasattr(folder, "element_block"):
                 hint = ": give the folder that `record=` of `run` or `relax` has named"
             kind = type(folder).__name__
-            raise TypeError(f"folder: the path of a folder of results is needed, not {kind}{hint}")
+            raise TypeError(f"folder: expected the path of a folder of results, found {kind}{hint}")
         self._folder = Path(folder)
         if not any((self._folder / name).exists() for name in LOOKED_FOR):
             raise FileNotFoundError(not_there(self._folder))
@@ -102,7 +102,7 @@ class Results(Sequence["Frame"]):
         its result."""
         path = self.folder / "summary.json"
         if not path.exists():
-            raise FileNotFoundError(f"{path} is not there: it is written when the run ends")
+            raise FileNotFoundError(f"{path} does not exist: it is written at the end of the run")
         found: dict[str, Any] = json.loads(path.read_text("utf-8"))
         return found
 
@@ -118,8 +118,8 @@ class Results(Sequence["Frame"]):
             if len(back):
                 at = int(back[0]) + 1
                 raise ValueError(
-                    f"{self.folder} holds frames of more than one run: frame {at} at "
-                    f"{times[at]:.6g} s, step {steps[at]}, comes after one at {times[at - 1]:.6g} s, "
+                    f"{self.folder} has frames of more than one run: frame {at} at "
+                    f"{times[at]:.6g} s, step {steps[at]}, follows a frame at {times[at - 1]:.6g} s, "
                     f"step {steps[at - 1]}; record each run in a folder of its own"
                 )
             return times, steps, stages
@@ -157,10 +157,10 @@ class Results(Sequence["Frame"]):
             if isinstance(index, float) and len(self):
                 nearest = int(np.abs(self.times - index).argmin())
                 hint = f"; frame {nearest} is the nearest to {index:g} s, see `times`"
-            raise TypeError(f"frame: a whole number is needed, not {index!r}{hint}")
+            raise TypeError(f"frame: expected a whole number, found {index!r}{hint}")
         at = index.__index__()
         if not -len(self) <= at < len(self):
-            raise IndexError(f"frame: {index} is not there, {self.folder} has {len(self)} frames")
+            raise IndexError(f"frame: {index} does not exist, {self.folder} has {len(self)} frames")
         return Frame(self, at % len(self))
 
     def __iter__(self) -> Iterator[Frame]:

@@ -99,7 +99,7 @@ def factor_of_safety(
     elif not isinstance(model, Simulation):
         raise TypeError(f"expected a Model or a Simulation, found {type(model).__name__!r}")
     elif threads is not None:
-        raise TypeError("threads: a simulation has those that it was built with")
+        raise TypeError("threads: only for a model; a simulation keeps the threads it was built with")
     else:
         simulation = model
     keys = {
@@ -122,7 +122,7 @@ def _warn_of_undecided(
     end = trials[0][0] if bracket[0] is None and bracket[1] is None else bracket[1]
     for tried, verdict, steps in trials:
         if tried == end and verdict == "undecided":
-            then = "there is no factor of safety" if bracket[0] is None else "it counts as unstable"
+            then = "no factor of safety was found" if bracket[0] is None else "it counts as unstable"
             warnings.warn(
                 f"the trial with strengths / {tried:.4f} was undecided after {steps} steps, and "
                 f"{then}; raise `max_steps` [undecided-trial]",
@@ -136,7 +136,7 @@ def _settled(model: Model, max_steps: int | None, threads: int | None) -> Simula
     if waiting := simulation._waiting():
         names = ", ".join(f"`{name}`" for name in waiting)
         warnings.warn(
-            f"supports, loads, excavations or joints wait for the stages {names} and are no part of this factor: "
+            f"supports, loads, excavations or joints wait for the stages {names} and are not included in this factor: "
             "enter them in a simulation, or give the model a stage of kind \"safety\" and run it with run_deck "
             "[waiting-stages]",
             stacklevel=3,
@@ -147,7 +147,7 @@ def _settled(model: Model, max_steps: int | None, threads: int | None) -> Simula
     except NotConverged as error:
         if not isinstance(error, Collapsed):
             warnings.warn(
-                f"the model is not in equilibrium after {steps} steps: trials start from it as built; "
+                f"the model is not in equilibrium after {steps} steps: trials start from the model as built; "
                 "give a simulation in equilibrium [not-in-equilibrium]",
                 stacklevel=3,
             )

@@ -53,17 +53,17 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
     if isinstance(seen, Results):
         folder = seen.folder
         if not -len(seen) <= index < len(seen):
-            raise ValueError(f"frame: {index} is not there, {folder} has {len(seen)} frames")
+            raise ValueError(f"frame: {index} does not exist, {folder} has {len(seen)} frames")
         if joints and not (folder / "joints.vtkhdf").exists():
             raise ValueError(f"joints: {folder} has no joints.vtkhdf, the model has no joints")
         if contacts and not (folder / "contacts.vtkhdf").exists():
-            raise ValueError(f"contacts: {folder} has no contacts.vtkhdf, no blocks can meet there")
+            raise ValueError(f"contacts: {folder} has no contacts.vtkhdf: its blocks cannot be in contact")
         seen = seen[index]
     elif not hasattr(seen, "element_block"):
         kind = type(seen).__name__
-        raise TypeError(f"simulation: a Simulation or a folder of results is needed, not {kind}")
+        raise TypeError(f"simulation: expected a Simulation or a folder of results, found {kind}")
     elif index != -1:
-        raise ValueError("frame: a Simulation has its present state only; frames are in folders")
+        raise ValueError("frame: a Simulation has only its present state; folders of results have frames")
     if isinstance(seen, ResultsFrame):
         fields: Sequence[str] = [name for names in seen._fields for name in names]
         values = _recorded(seen, fields)
@@ -156,7 +156,7 @@ def values_of(
     """Scalars of a field, given by its name or as an array of the user."""
     name = field if isinstance(field, str) else "values"
     if name in JOINTS and name not in frame.fields:
-        raise ValueError(f"field: {name!r} belongs to the joints: joints={name!r} draws it")
+        raise ValueError(f"field: {name!r} is a field of the joints: use joints={name!r}")
     given = np.asarray(frame.values(field) if isinstance(field, str) else field)
     counts = (len(frame.points), len(frame.elements))
     if given.ndim not in (1, 2) or len(given) not in counts:
@@ -165,7 +165,7 @@ def values_of(
             f"{counts[0]} (nodes) or {counts[1]} (elements)"
         )
     if not np.issubdtype(given.dtype, np.number) and given.dtype != np.bool_:
-        raise ValueError(f"field: {name!r} has no numbers but {given.dtype}")
+        raise ValueError(f"field: {name!r} must have numbers, found {given.dtype}")
     scalars, part = measure(given.astype(np.float64), component)
     words = f"{name} {part.replace('von_mises', 'von Mises')}".strip()
     if name in STRESSES:
@@ -216,7 +216,7 @@ def measure(
     if width == 1:
         if component is not None:
             raise ValueError(
-                f"{argument}: {component!r} was asked of plain numbers, which have none"
+                f"{argument}: {component!r} is not possible: scalars have no components"
             )
         return values.reshape(-1), ""
     if width == 3:
@@ -234,7 +234,7 @@ def measure(
             return np.sqrt(0.5 * unequal + 3.0 * (xy**2 + yz**2 + zx**2)), part
         full = np.stack([xx, xy, zx, xy, yy, yz, zx, yz, zz], axis=1).reshape(-1, 3, 3)
         return np.linalg.eigvalsh(full)[:, 3 - int(part[1])], part
-    raise ValueError(f"field: values of {width} numbers; 1, 3 or 6 can be drawn")
+    raise ValueError(f"field: {width} numbers per row, expected 1, 3 or 6")
 
 
 def automatic_scale(points: Floats, displacement: Floats) -> float:

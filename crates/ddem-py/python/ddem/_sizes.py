@@ -99,9 +99,9 @@ def plot_sizes(
     else:
         rows = np.asarray(getattr(fragments, "fragments", fragments))
     if rows.dtype.names is None or not {"size", "mass"} <= set(rows.dtype.names):
-        raise ValueError("fragments: a simulation, a folder, or rows of `Simulation.fragments`")
+        raise ValueError("fragments: expected a simulation, a folder of results or rows of `Simulation.fragments`")
     if len(rows) == 0:
-        raise ValueError("fragments: there are none")
+        raise ValueError("fragments: there are no fragments to draw")
     # Passing is a part of the mass of the given rows, of which the largest fragment comes first.
     passing = 100.0 * np.cumsum(rows["mass"][::-1])[::-1] / rows["mass"].sum()
     figure, axes = plt.subplots(figsize=(7.0, 4.5), layout="constrained")

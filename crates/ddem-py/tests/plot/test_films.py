@@ -112,11 +112,11 @@ def test_mistakes_are_named(folder, tmp_path, monkeypatch):
     def said(*args, kind=ValueError, **keys):
         return refused(lambda: ddem.animate(folder, *args, **keys), kind)
 
-    assert "'.avi' is not one of them" in said("film.avi")
+    assert "'.avi' is not valid" in said("film.avi")
     assert "did you mean 'velocity'" in said("film.gif", "velocty")
     assert "fps: 0" in said("film.gif", fps=0)
-    assert "frames: 99 is not there, there are 9 frames" in said("film.gif", frames=[99])
-    assert "frames: there are none" in said("film.gif", frames=slice(0, 0))
+    assert "frames: 99 does not exist, there are 9 frames" in said("film.gif", frames=[99])
+    assert "frames: the selection is empty" in said("film.gif", frames=slice(0, 0))
     assert "view: 'zx'" in said("film.gif", view="zx")
     assert "camera: three points" in said(tmp_path / "film.gif", camera=(1, 2, 3))
     import sys

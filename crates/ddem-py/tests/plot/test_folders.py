@@ -75,7 +75,7 @@ def test_folder_with_joints(drawn, folder):
 
 
 def test_folder_errors(folder, tmp_path):
-    with pytest.raises(ValueError, match=r"frame: 2 is not there, .* has 2 frames"):
+    with pytest.raises(ValueError, match=r"frame: 2 does not exist, .* has 2 frames"):
         plot(folder, frame=2, show=False)
     with pytest.raises(ValueError, match="field: 'strss' .* did you mean 'stress'.*'block'"):
         plot(folder, "strss", show=False)

@@ -17,15 +17,15 @@ pytest.importorskip("plotly")
     ("options", "message"),
     [
         ({"field": "displacment"}, "field: 'displacment' .* did you mean 'displacement'"),
-        ({"field": "slip"}, "joints='slip' draws it"),
+        ({"field": "slip"}, "use joints='slip'"),
         ({"component": "zz"}, "component: 'zz' .* valid: 'x', 'y', 'z', 'magnitude'"),
         ({"field": "stress", "component": "mises"}, "did you mean 'von_mises'"),
-        ({"field": "mass", "component": "x"}, "component: 'x' was asked of plain numbers"),
+        ({"field": "mass", "component": "x"}, "component: 'x' is not possible"),
         ({"field": np.zeros(7)}, r"field: .* \(7,\); .* 108 \(nodes\) or 32 \(elements\)"),
-        ({"field": np.zeros((108, 4))}, "field: values of 4 numbers"),
-        ({"field": np.array(["a"] * 108)}, "has no numbers"),
+        ({"field": np.zeros((108, 4))}, "field: 4 numbers per row"),
+        ({"field": np.array(["a"] * 108)}, "must have numbers"),
         ({"joints": "states"}, "joints: 'states' .* did you mean 'state'"),
-        ({"joints": "damage", "joint_component": "x"}, "joint_component: 'damage' has none"),
+        ({"joints": "damage", "joint_component": "x"}, "joint_component: 'damage' has no components"),
         ({"view": "zx"}, "view: 'zx'"),
         ({"edges": "block"}, "edges: 'block' .* did you mean 'blocks'"),
         ({"cmap": "virids"}, "cmap: 'virids' .* did you mean 'viridis'"),
@@ -47,7 +47,7 @@ def test_what_cannot_be_drawn_is_refused(simulation):
     simulation.pairs, simulation.quads = simulation.pairs[:0], simulation.quads[:0]
     with pytest.raises(ValueError, match="no joints"):
         plot(simulation, joints="state", show=False)
-    with pytest.raises(TypeError, match="a folder of results is needed, not int"):
+    with pytest.raises(TypeError, match="a folder of results, found int"):
         plot(3, show=False)
 
 

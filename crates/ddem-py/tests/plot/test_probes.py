@@ -62,7 +62,7 @@ def test_histories_over_time_or_steps(probed, simulation, tmp_path):
 
     first, _ = plot_probes(read_probes(probed)).axes
     assert first.lines[1].get_ydata().tolist() == [-2e-300, 2.0]
-    with pytest.raises(TypeError, match="histories are needed, not list"):
+    with pytest.raises(TypeError, match="or histories, found list"):
         plot_probes([1.0, 2.0])
     plt.close("all")
 
@@ -75,5 +75,5 @@ def test_wrong_probes(probed, simulation):
     with pytest.raises(FileNotFoundError):
         plot_probes(probed / "elsewhere")
     simulation.probes = {}
-    with pytest.raises(ValueError, match="there are none"):
+    with pytest.raises(ValueError, match="there are no probes to draw"):
         plot_probes(simulation)

@@ -168,5 +168,5 @@ def test_moving_blocks_are_outlined_in_the_last_frame_of_a_stage_that_fails(tmp_
 def test_contacts_that_are_not_there_are_refused():
     model = ddem.Model(contact=True)
     model.add_blocks(size=(1, 1, 1), divisions=1, material=ROCK)
-    with pytest.raises(ValueError, match="contacts: there are none to draw"):
+    with pytest.raises(ValueError, match="contacts: nothing to draw"):
         plot(model.build(), contacts=True, show=False)

@@ -163,7 +163,7 @@ def test_few_blocks_far_away_do_not_shrink_the_model(gone, there, tmp_path):
     texts = [actor.input for actor in after.actors.values() if hasattr(actor, "input")]
     for plotter in (seen, after):
         plotter.close()
-    said = [text for text in texts if "outside of the picture" in text]
+    said = [text for text in texts if "outside the picture" in text]
     if there:
         # The blocks that are left are no longer as many: the picture is at most that much larger.
         assert 0.5 * heights[0] < heights[1] <= heights[0] * 1.001
@@ -171,7 +171,7 @@ def test_few_blocks_far_away_do_not_shrink_the_model(gone, there, tmp_path):
         number = "1 block is" if gone == 1 else "2 blocks are"
         beyond = "(displacement magnitude up to 500 m)"
         assert [text.partition("true displacements, ")[2] for text in said] == [
-            f"{number} far outside of the picture {beyond}"
+            f"{number} far outside the picture {beyond}"
         ]
     else:
         assert not said and heights[1] > 10 * heights[0]
@@ -200,7 +200,7 @@ def test_the_command_draws_a_folder(folder, tmp_path):
         (("--field", "velocty"), "did you mean 'velocity'"),
         (("--field", "slipp"), "did you mean 'slip'"),
         (("--scale", "inf"), "scale: inf is not finite"),
-        (("--frame", "7"), "--frame: 7 is not there, there are 7 frames"),
+        (("--frame", "7"), "--frame: 7 does not exist, the folder has 7 frames"),
         (("--frame", "first"), "'first' is neither a whole number nor 'last'"),
         (("--view", "zx"), "invalid choice: 'zx'"),
         (("--out", "no/such/folder/a.png"), "no/such/folder"),
