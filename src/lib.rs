@@ -1,11 +1,11 @@
 //! **ddem** computes jointed rock: blocks meshed with hexahedra, joints of real thickness between
 //! them, explicit dynamics. Until a joint breaks the model *is* the finite element model.
 //!
-//! Everything of [`ddem_core`] is here (a problem, the model it becomes, a simulation of it). [`deck`] reads decks from
-//! TOML and turns them into models, `io` runs them and writes results for ParaView. Without the default feature `io` neither
-//! HDF5 nor CMake is needed.
+//! This crate re-exports all of [`ddem_core`] (a problem, its model, and a simulation of it).
+//! [`deck`] reads decks from TOML and turns them into models, `io` runs them and writes results for
+//! ParaView. Without the default feature `io` neither HDF5 nor CMake is needed.
 //!
-//! A block on a smooth floor under its own weight, in a loop of your own:
+//! A block on a smooth floor under its own weight, with a loop over the steps:
 //!
 //! ```
 //! use ddem::deck::{BlockSet, Damping, Extent, Fix, Material, TimeStep, Where};
@@ -37,7 +37,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! Decks as files, with all their results:
+//! Decks from files, with all their results:
 //!
 //! ```no_run
 //! use ddem::io::run::{Event, Observer, Options, run};

@@ -4,7 +4,7 @@ use ddem_io::OutputError;
 use ddem_io::folder::FolderError;
 use ddem_io::run::RunFailure;
 
-/// The end of a message: the options that help, or nothing.
+/// End of a message: the options that help, or an empty string.
 pub(crate) fn advice(failure: &RunFailure) -> &'static str {
     match failure {
         RunFailure::Output(error) => room(error),

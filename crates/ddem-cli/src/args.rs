@@ -9,7 +9,8 @@ use ddem_core::Simd;
 use ddem_deck::names;
 use ddem_io::folder::Earlier;
 
-/// More than any machine has; very many would only keep it busy starting them.
+/// Largest number of threads that `--threads` accepts, more than any machine has. Starting even
+/// more would only waste time.
 const MOST_THREADS: usize = 1024;
 
 /// Three-dimensional deformable block discrete element method for jointed rock.
@@ -43,7 +44,7 @@ pub(crate) enum Command {
     },
     /// Draw results to a picture, by the Python module of ddem
     Plot(Plot),
-    /// Word that other programs want, answered by a message
+    /// Refuse the word `run`, which other programs need, with a message
     #[command(hide = true, disable_help_flag = true)]
     Run {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -93,7 +94,7 @@ impl Plot {
                 argument
             }));
         }
-        // A name that begins with a dash would be an option.
+        // A name that begins with a dash would be taken for an option.
         arguments.extend(["--".into(), self.folder.clone().into_os_string()]);
         arguments
     }
@@ -146,10 +147,10 @@ impl RunArguments {
         }
     }
 
-    /// The command that goes on with this run.
+    /// Command that resumes this run.
     pub(crate) fn resume_command(&self) -> String {
         let mut command = String::from("ddem ");
-        // A name that begins with a dash would be an option.
+        // A name that begins with a dash would be taken for an option.
         if self.deck.as_os_str().as_encoded_bytes().starts_with(b"-") {
             command += "./";
         }
@@ -164,7 +165,8 @@ impl RunArguments {
     }
 }
 
-/// The error of a second word in plain English: it is a misspelt command, or a second deck.
+/// Error with a plain message for an unexpected second word: a misspelt command or a second deck.
+/// Other errors are returned unchanged.
 pub(crate) fn explained(error: clap::Error) -> clap::Error {
     match error.get(ContextKind::InvalidSubcommand) {
         Some(ContextValue::String(word)) if error.kind() == ErrorKind::ArgumentConflict => {
@@ -198,7 +200,7 @@ fn simd(text: &str) -> Result<Simd, String> {
     }
 }
 
-/// A path as a shell takes it.
+/// Path as text, quoted for a shell if necessary.
 fn quoted(path: &Path) -> String {
     let path = path.display().to_string();
     let plain = |c: char| c.is_alphanumeric() || "/._-+,:@%=\\".contains(c);

@@ -22,12 +22,12 @@ use plot::NoPicture;
 use progress::{Screen, Watcher};
 use results::NoResults;
 
-/// Exit status of a command that was interrupted, as shells have it.
+/// Exit status of an interrupted command, as in shells.
 const INTERRUPTED: u8 = 130;
 
 /// Outcome of a command.
 enum CommandOutcome {
-    /// All was done.
+    /// The command has finished.
     Done,
     /// Stopped on request, after a checkpoint.
     Interrupted,
@@ -41,9 +41,9 @@ enum CommandFailure {
     Run(RunFailure),
     /// A folder has no results.
     Results(NoResults),
-    /// There is no picture.
+    /// No picture was drawn.
     Picture(NoPicture),
-    /// `ddem run` and what followed.
+    /// The word `run` with the words that followed; there is no such command.
     NoCommand(Vec<String>),
     /// Standard output cannot be written.
     Output(io::Error),
@@ -85,7 +85,7 @@ fn main() -> ExitCode {
         Err(CommandFailure::Run(failure)) => failure.exit_status(),
         Err(CommandFailure::Picture(failure)) => failure.exit_status(),
         Err(CommandFailure::Results(_) | CommandFailure::NoCommand(_)) => 2,
-        // Whoever reads the output has seen enough of it.
+        // A broken pipe is no error: the reader has seen enough.
         Err(CommandFailure::Output(error)) => u8::from(error.kind() != ErrorKind::BrokenPipe),
     })
 }
@@ -104,12 +104,12 @@ fn command() -> Result<CommandOutcome, CommandFailure> {
             Ok(CommandOutcome::Done)
         }
         (Some(Command::Run { arguments }), _) => Err(CommandFailure::NoCommand(arguments)),
-        // Asking for help on an empty command line is up to clap.
+        // clap answers an empty command line with the help.
         (None, None) => Ok(CommandOutcome::Done),
     }
 }
 
-/// Says what running the deck would take.
+/// Prints a report on a deck without running it.
 fn check(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     let (deck, source) = ddem_deck::read(&args.deck)?;
     let report = run::inspect(&deck, &source)?;
@@ -160,7 +160,7 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     }
 }
 
-/// A flag that Ctrl-C raises; the second one ends the program.
+/// Flag that Ctrl-C sets. A second Ctrl-C ends the program.
 fn stop_on_interrupt(screen: &Screen) -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let (raised, screen) = (Arc::clone(&stop), screen.clone());
@@ -170,7 +170,7 @@ fn stop_on_interrupt(screen: &Screen) -> Arc<AtomicBool> {
         }
         screen.line("stopping at the next step to save; Ctrl-C again stops at once, unsaved");
     };
-    // Without a handler Ctrl-C ends the program at once, and the last checkpoint is still there.
+    // Without the handler Ctrl-C ends the program at once; the last checkpoint remains.
     let _ = ctrlc::set_handler(handler);
     stop
 }
@@ -185,12 +185,12 @@ fn output(text: &str) -> Result<CommandOutcome, CommandFailure> {
     Ok(CommandOutcome::Done)
 }
 
-/// Writes to standard error; when that is closed there is nobody to tell.
+/// Writes to standard error. Errors are ignored, because nobody reads a closed stream.
 fn complain(text: &str) {
     let _ = io::stderr().write_all(text.as_bytes());
 }
 
-/// Tells the user what went wrong.
+/// Prints the message of a failure.
 fn say(failure: &CommandFailure) {
     match failure {
         CommandFailure::CommandLine(error) => {
@@ -208,7 +208,7 @@ fn say(failure: &CommandFailure) {
         }
         CommandFailure::Run(failure) => {
             let code = match failure {
-                // Each of its faults ends in its code.
+                // The message of each fault already ends with its code.
                 RunFailure::Model(_) => String::new(),
                 failure => format!(" [{}]", failure.code()),
             };
@@ -221,7 +221,7 @@ fn say(failure: &CommandFailure) {
             ));
         }
         CommandFailure::Results(error) => complain(&format!("error: {error}\n")),
-        // The drawing program has told it.
+        // The drawing program has already printed the error.
         CommandFailure::Picture(NoPicture::Refused(_)) => {}
         CommandFailure::Picture(error) => complain(&format!("error: {error}\n")),
         CommandFailure::Output(error) if error.kind() == ErrorKind::BrokenPipe => {}

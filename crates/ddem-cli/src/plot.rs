@@ -8,11 +8,11 @@ use std::process::{Command, Stdio};
 
 use crate::args::Plot;
 
-/// A variable that names the Python to use.
+/// Environment variable that names the Python to use.
 const NAMED: &str = "DDEM_PYTHON";
 
-/// Ends well where Python finds the module and what it draws with. A folder `ddem` may be here, so the
-/// module is looked for by what only it has.
+/// Python code that succeeds if Python finds the module and the libraries it draws with. The module
+/// is recognised by `ddem.__main__`, since any folder `ddem` here would count as a module `ddem`.
 const PROBE: &str = "import importlib.util as u, sys
 names = 'pyvista', 'matplotlib', 'ddem.__main__'
 sys.exit(not all(u.find_spec(name) for name in names))";
@@ -26,9 +26,9 @@ pub(crate) enum NoPicture {
          install them by `{python} -m pip install '.[plot]'` in the folder of the sources of ddem"
     )]
     NoPython {
-        /// The programs that were asked.
+        /// Programs that were tried.
         looked: String,
-        /// The Python to install for.
+        /// Python for which to install the packages.
         python: String,
     },
     /// Python cannot be started.
@@ -67,7 +67,7 @@ pub(crate) fn plot(args: &Plot) -> Result<(), NoPicture> {
     Err(NoPicture::Refused(code.unwrap_or(1)))
 }
 
-/// The first Python that can draw.
+/// First Python that can draw.
 fn python() -> Result<PathBuf, NoPicture> {
     let candidates = candidates();
     let found = candidates.iter().find(|python| draws(python));
@@ -91,12 +91,12 @@ fn candidates() -> Vec<PathBuf> {
     environment.into_iter().chain(["python3", "python"].map(PathBuf::from)).collect()
 }
 
-/// True where a Python has the module and PyVista.
+/// True if a Python has the module, PyVista and Matplotlib.
 fn draws(python: &PathBuf) -> bool {
     runs(Command::new(python).args(["-c", PROBE]))
 }
 
-/// True where a Python starts.
+/// True if a Python starts.
 fn starts(python: &PathBuf) -> bool {
     runs(Command::new(python).arg("--version"))
 }

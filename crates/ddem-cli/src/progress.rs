@@ -10,10 +10,10 @@ use ddem_io::run::{Event, Observer, Progress, Report};
 use ddem_io::summary::StageSummary;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// Wall time between lines where there is no terminal.
+/// Wall-clock time between lines if there is no terminal.
 const EVERY: Duration = Duration::from_secs(5);
 
-/// Parts of the bar.
+/// Number of parts of the bar.
 const LENGTH: u64 = 1000;
 
 /// Amount of output.
@@ -21,9 +21,9 @@ const LENGTH: u64 = 1000;
 enum ProgressMode {
     /// Nothing.
     Quiet,
-    /// A line now and then.
+    /// A line at intervals.
     Lines,
-    /// A line that changes.
+    /// One line that is updated.
     Live,
 }
 
@@ -35,7 +35,7 @@ pub(crate) struct Screen {
 }
 
 impl Screen {
-    /// A live line where standard error is a terminal, otherwise lines; nothing when quiet.
+    /// Screen with a live line on a terminal, otherwise with lines; silent if `quiet`.
     pub(crate) fn new(quiet: bool) -> Self {
         let target = ProgressDrawTarget::stderr();
         let mode = match (quiet, target.is_hidden()) {
@@ -51,44 +51,44 @@ impl Screen {
         Self { mode, bar }
     }
 
-    /// A line that stays.
+    /// Prints a line that stays.
     pub(crate) fn line(&self, text: &str) {
         if self.mode != ProgressMode::Quiet {
-            // When standard error is closed there is nobody to tell.
+            // Errors are ignored, because nobody reads a closed standard error.
             self.bar.suspend(|| {
                 let _ = writeln!(io::stderr(), "{text}");
             });
         }
     }
 
-    /// Takes the live line away.
+    /// Removes the live line.
     pub(crate) fn clear(&self) {
         self.bar.finish_and_clear();
     }
 }
 
-/// Shows a run, and stops it when the flag is raised.
+/// Observer that shows a run and stops it once the flag is set.
 #[derive(Debug)]
 pub(crate) struct Watcher {
     screen: Screen,
     stop: Arc<AtomicBool>,
-    /// First unbalanced ratio of the stage: where its bar begins.
+    /// First unbalanced ratio of the stage, at which its bar begins.
     first: Option<f64>,
-    /// Failed pairs when last told.
+    /// Number of failed pairs at the last progress event.
     failed: u64,
     /// Time at which the last line was written.
     written: Instant,
-    /// The last stage that is done.
+    /// Summary of the last completed stage.
     last: Option<StageSummary>,
 }
 
 impl Watcher {
-    /// Shows a run on `screen`.
+    /// Watcher that shows a run on `screen`.
     pub(crate) fn new(screen: Screen, stop: Arc<AtomicBool>) -> Self {
         Self { screen, stop, first: None, failed: 0, written: Instant::now(), last: None }
     }
 
-    /// Shows the state at the end of the last stage that is done.
+    /// Shows the state at the end of the last completed stage.
     pub(crate) fn result(&self) {
         if let Some(stage) = &self.last {
             self.screen.line(&format!("\n{stage}"));
@@ -153,7 +153,7 @@ impl Observer for Watcher {
                     "{stage}: strengths / {factor:.4}: {verdict} after {steps} steps"
                 ));
             }
-            // A checkpoint is news only when the run stops, and then its end says so.
+            // The last line of an interrupted run names its checkpoint, so it is not shown here.
             _ => {}
         }
     }
@@ -167,7 +167,7 @@ impl Observer for Watcher {
     }
 }
 
-/// The lines at the start of a run.
+/// Lines at the start of a run.
 fn model(report: &Report) -> String {
     let Report { blocks, nodes, pairs, breakable_pairs, charges, .. } = report;
     let line = format!("model: {blocks} blocks, {nodes} nodes, {pairs} pairs");
@@ -188,7 +188,7 @@ fn model(report: &Report) -> String {
     lines
 }
 
-/// The stage, and which it is of several.
+/// Name of the stage, with its number if there are several stages.
 fn label(progress: &Progress) -> String {
     match progress.stage_index {
         (_, 0 | 1) => progress.stage.clone(),
@@ -196,7 +196,7 @@ fn label(progress: &Progress) -> String {
     }
 }
 
-/// Progress of a stage, 0 to 1. For a relaxation it is the share of digits gained, as the number of steps is not known.
+/// Progress of a stage, 0 to 1. Relaxation counts digits gained, as its number of steps is unknown.
 fn fraction(progress: &Progress, first: f64) -> f64 {
     let Progress { unbalanced, tolerance, .. } = *progress;
     let part = if !progress.relax {
@@ -212,7 +212,7 @@ fn fraction(progress: &Progress, first: f64) -> f64 {
 /// Key figures of a running stage.
 fn figures(progress: &Progress) -> Vec<String> {
     let mut figures = Vec::new();
-    // Relaxation has no time of its own, and ends before its last step.
+    // Relaxation has no physical time and ends before its last step.
     if progress.relax {
         let Progress { step, unbalanced, tolerance, .. } = progress;
         figures.push(step.to_string());
@@ -234,7 +234,7 @@ fn figures(progress: &Progress) -> Vec<String> {
     figures
 }
 
-/// The line at the start of a stage.
+/// Line at the start of a stage.
 fn beginning(progress: &Progress) -> String {
     let what = if progress.relax {
         format!("relaxation to an unbalanced ratio of {:e}", progress.tolerance)
@@ -248,12 +248,12 @@ fn beginning(progress: &Progress) -> String {
     format!("{}: {what}{from}", label(progress))
 }
 
-/// An unbalanced ratio; there is none where nothing is applied.
+/// Unbalanced ratio as text; a dash if there is none because nothing is applied.
 fn ratio(unbalanced: f64) -> String {
     if unbalanced.is_finite() { format!("{unbalanced:.1e}") } else { "–".to_owned() }
 }
 
-/// The line at the end of a stage; `failed` are the pairs that have failed since the run began.
+/// Line at the end of a stage; `failed` is the number of pairs that have failed in the run.
 fn end(stage: &StageSummary, failed: u64) -> String {
     let verdict = match (stage.verdict, stage.kind.as_str()) {
         (Verdict::Undecided, "dynamic") => "done".to_owned(),
@@ -286,7 +286,7 @@ fn end(stage: &StageSummary, failed: u64) -> String {
     line
 }
 
-/// Node updates per second, if there is anything to tell.
+/// Node updates per second as text, if the rate is positive and finite.
 fn rate(rate: f64) -> Option<String> {
     let (scale, unit) = match rate {
         _ if !rate.is_finite() || rate <= 0.0 => return None,
@@ -297,7 +297,7 @@ fn rate(rate: f64) -> Option<String> {
     Some(format!("{:.1} {unit}", rate / scale))
 }
 
-/// A time on the clock in its two largest units.
+/// Wall-clock time as text in its two largest units; `None` if negative or not finite.
 fn clock(seconds: f64) -> Option<String> {
     if !seconds.is_finite() || seconds < 0.0 {
         return None;

@@ -14,7 +14,7 @@ pub(crate) enum NoResults {
     Missing {
         /// The folder.
         folder: PathBuf,
-        /// The one that was probably meant.
+        /// Folder that was probably meant.
         near: Option<PathBuf>,
     },
     /// The path is a file.
@@ -28,7 +28,7 @@ pub(crate) enum NoResults {
         /// Folder of the results of a deck of this name.
         likely: PathBuf,
     },
-    /// No stage has ended there, or nothing was ever run.
+    /// No run has completed a stage in the folder.
     #[error("`{}` holds no {SUMMARY}: no run has ended a stage there", folder.display())]
     Nothing {
         /// The folder.
@@ -59,7 +59,7 @@ fn summary_path(folder: &Path) -> Result<PathBuf, NoResults> {
     Ok(path)
 }
 
-/// Checks that there is such a folder.
+/// Checks that the folder exists.
 pub(crate) fn is_folder(folder: &Path) -> Result<(), NoResults> {
     if folder.is_file() {
         let likely = Path::new("results").join(folder.file_stem().unwrap_or_default());

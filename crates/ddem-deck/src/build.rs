@@ -1,4 +1,4 @@
-//! From a deck to a problem.
+//! Conversion of a deck to a problem.
 
 mod boundaries;
 mod charge;
@@ -23,12 +23,12 @@ pub use geometry::{Interface, Selection};
 use crate::lint::Diagnostic;
 use crate::schema::{Deck, Where};
 
-/// A deck whose blocks are cut: its problem, and the blocks that its parts of space select.
+/// Deck whose blocks have been cut: its problem, and the blocks that its regions select.
 #[derive(Clone, Debug)]
 pub struct BuiltDeck {
     deck: Deck,
     problem: Arc<Problem>,
-    /// Blocks that curved and slanted shapes have split and taken out.
+    /// Blocks that curved and slanted regions have split or removed.
     taken: Vec<Selection>,
     /// Warnings about each charge.
     charges: Vec<Vec<Diagnostic>>,
@@ -52,7 +52,7 @@ impl BuiltDeck {
     ///
     /// # Errors
     ///
-    /// Everything that is wrong with the deck, each [`Fault`] with the key it is about.
+    /// All mistakes of the deck; each [`Fault`] names the key it is about.
     pub fn new(deck: &Deck) -> Result<Self, ModelError> {
         let faults = crate::check(deck);
         if !faults.is_empty() {
@@ -73,7 +73,7 @@ impl BuiltDeck {
         &self.deck
     }
 
-    /// The problem that the deck states.
+    /// Problem that the deck describes.
     #[must_use]
     pub fn problem(&self) -> &Arc<Problem> {
         &self.problem
@@ -110,18 +110,18 @@ impl BuiltDeck {
         Region::new(region, &self.problem.sets)
     }
 
-    /// Blocks and joints in the stage of a name, or at the start.
+    /// Blocks and joints in the named stage, or at the start if there is no name.
     fn at_stage(&self, name: Option<&String>) -> &Geometry {
         at_stage(&self.deck, &self.problem.stages, name)
     }
 }
 
-/// Blocks and joints in the stage of a name, or at the start.
+/// Blocks and joints in the named stage, or at the start if there is no name.
 fn at_stage<'a>(deck: &Deck, stages: &'a Stages, name: Option<&String>) -> &'a Geometry {
     stages.at(name.and_then(|name| deck.stage_number(name)).unwrap_or(0))
 }
 
-/// Fails where there are faults.
+/// Returns the faults as an error, if there are any.
 fn sound(faults: Vec<Fault>) -> Result<(), Vec<Fault>> {
     if faults.is_empty() { Ok(()) } else { Err(faults) }
 }

@@ -1,4 +1,4 @@
-//! Everything that can be told from the deck alone, before any geometry is built.
+//! Checks of the deck alone, before any geometry is built.
 
 mod blocks;
 mod charge;
@@ -23,10 +23,9 @@ use ddem_core::{ErrorCode, Fault};
 
 use crate::schema::{Deck, names};
 
-/// Every fault that can be told from the deck alone; none means that the deck is consistent.
+/// Faults that the deck alone shows; without any of them the deck is consistent.
 ///
-/// Whether blocks overlap and whether a `where` selects anything needs the geometry, and is not
-/// looked at here.
+/// Overlaps of blocks and empty selections need the geometry and are not checked here.
 pub fn check(deck: &Deck) -> Vec<Fault> {
     let mut faults = Faults::default();
     faults.finite("model.gravity", &deck.model.gravity);
@@ -41,8 +40,8 @@ pub fn check(deck: &Deck) -> Vec<Fault> {
 
 /// Faults of names.
 trait NameFaults {
-    /// A name that must be among the known ones; `kind` is what it names, `header` the table that
-    /// makes one.
+    /// Adds a fault if a name is not among the known ones. `of` is the kind of the named thing and
+    /// the header of the table that makes one.
     fn reference<'a>(
         &mut self,
         place: impl Into<String>,
@@ -51,7 +50,7 @@ trait NameFaults {
         of: (&str, &str),
     );
 
-    /// Names that must differ.
+    /// Adds faults of empty and repeated names.
     fn unique<'a>(&mut self, kind: &str, names: impl IntoIterator<Item = (String, &'a str)>);
 }
 

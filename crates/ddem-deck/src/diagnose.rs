@@ -12,13 +12,14 @@ use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, Na
 use crate::reader::Source;
 use crate::reader::numbers;
 
-/// Mistakes that are shown in the text: a table that a program wrote wrong has one in each row.
+/// Largest number of mistakes shown in the text: a table that a program wrote wrongly has one in
+/// each row.
 const SHOWN: usize = 20;
 
-/// A deck that cannot be used.
+/// Error of a deck that cannot be used.
 ///
-/// `{}` is a line for the deck and one for each mistake; [`report`](Self::report) shows the text of the deck
-/// with each mistake underlined.
+/// Its display has a line for the deck and one for each mistake; [`report`](Self::report) shows the
+/// text of the deck with each mistake underlined.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum DeckError {
@@ -66,7 +67,7 @@ fn lines(findings: &[Finding]) -> String {
 }
 
 impl DeckError {
-    /// Faults found in a deck, located in its text.
+    /// Error with the faults of a deck, located in its text.
     pub fn from_faults(source: &Source, faults: impl IntoIterator<Item = Fault>) -> Self {
         let located = faults.into_iter().map(|fault| {
             let span = source.locate(&fault.place);
@@ -80,7 +81,7 @@ impl DeckError {
         Self::Wrong { name: source.name().to_owned(), findings }
     }
 
-    /// Code of the error; that of the first finding in a text.
+    /// Code of the error; for findings it is the code of the first one.
     #[must_use]
     pub fn code(&self) -> ErrorCode {
         match self {
@@ -92,7 +93,7 @@ impl DeckError {
         }
     }
 
-    /// Findings in the order of the text; empty without a text.
+    /// Findings in the order of the text; empty if there is no text.
     pub fn findings(&self) -> &[Finding] {
         match self {
             Self::Wrong { findings, .. } => findings,
@@ -100,9 +101,9 @@ impl DeckError {
         }
     }
 
-    /// The error with the lines of the deck that are wrong, underlined; in colour for a terminal.
+    /// Text of the error with the wrong parts of the deck underlined, in colour for a terminal.
     ///
-    /// Of very many it shows the first; [`findings`](Self::findings) has them all.
+    /// It shows only the first of very many mistakes; [`findings`](Self::findings) has all.
     pub fn report(&self, colour: bool) -> String {
         let theme =
             if colour { GraphicalTheme::unicode() } else { GraphicalTheme::unicode_nocolor() };
@@ -134,7 +135,7 @@ impl DeckError {
     }
 }
 
-/// One thing that is wrong, with its place in the text of the deck.
+/// One mistake, with its place in the text of the deck.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Finding {
@@ -144,7 +145,7 @@ pub struct Finding {
     pub span: Range<usize>,
     /// Line of the text, from 1.
     pub line: usize,
-    /// Column in the line, from 1, in letters.
+    /// Column in the line, from 1, in characters.
     pub column: usize,
     text: NamedSource<Arc<str>>,
 }
@@ -158,12 +159,12 @@ impl Finding {
         Self { fault, span, line, column, text: NamedSource::new(name, text) }
     }
 
-    /// The first place that is not TOML: what comes after it is often only its echo.
+    /// Finding at the first place that is not TOML; later errors are often only its consequences.
     pub(crate) fn syntax(source: &Source, errors: &[toml::de::Error]) -> Option<Self> {
         let start = |error: &toml::de::Error| error.span().map_or(0, |span| span.start);
         let first = errors.iter().min_by_key(|error| start(error))?;
         let mut fault = Fault::new(ErrorCode::Syntax, "", first.message());
-        // The end of the text is where a missing bracket is noticed, not where it is missing.
+        // A missing bracket is noticed at the end of the text, not where it is missing.
         let unclosed = errors.iter().find(|error| error.message().starts_with("unclosed"));
         if let Some(hint) = numbers::hint(numbers::word(source.text(), start(first))) {
             fault = Fault::new(ErrorCode::Syntax, "", "this is not a number").help(hint);
@@ -183,7 +184,7 @@ impl fmt::Display for Finding {
 
 impl std::error::Error for Finding {}
 
-/// A finding as its text is shown.
+/// A finding for display in its text.
 #[derive(Debug)]
 struct InText<'a>(&'a Finding);
 
@@ -213,7 +214,7 @@ impl Diagnostic for InText<'_> {
     }
 }
 
-/// A file that cannot be read, its cause on a line of its own.
+/// A file that cannot be read, with the cause on a line of its own.
 #[derive(Debug)]
 struct Unreadable<'a> {
     path: &'a Path,

@@ -1,7 +1,8 @@
-//! Decks of ddem: what a user asks for, read, checked and turned into a problem.
+//! Decks of ddem: the input of a user, which is read, checked and converted to a problem.
 //!
-//! [`read()`] reads a TOML file with every mistake located, [`check()`] finds what is wrong with its values, a [`BuiltDeck`]
-//! cuts its blocks and makes the [`Problem`](ddem_core::Problem) of which a [`Model`](ddem_core::Model) is made.
+//! [`read()`] reads a TOML file and locates every mistake. [`check()`] finds mistakes in its
+//! values. A [`BuiltDeck`] cuts its blocks and makes the [`Problem`](ddem_core::Problem), from
+//! which a [`Model`](ddem_core::Model) is made.
 //!
 //! ```
 //! let text = "

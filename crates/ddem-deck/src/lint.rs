@@ -1,6 +1,7 @@
-//! Diagnostics: settings and results that are allowed but perhaps not meant, each by a rule with a stable code.
+//! Diagnostics: warnings about settings and results that are allowed but may be unintended.
 //!
-//! `[lint] allow = ["code"]` in a deck silences a rule. `docs/diagnostics.md` lists them all.
+//! Each rule has a stable code. `[lint] allow = ["code"]` in a deck silences a rule.
+//! `docs/diagnostics.md` lists all rules.
 
 use std::fmt;
 
@@ -11,7 +12,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
-    /// The run goes on; the result may not be the one that is wanted.
+    /// The run continues; the result may not be the intended one.
     Warning,
 }
 
@@ -111,14 +112,14 @@ impl fmt::Display for Diagnostic {
         let code = code.name();
         match help {
             None => write!(f, "{place}: {message} [{code}]"),
-            // Lines to paste stand at the end.
+            // Lines to paste come at the end.
             Some(help) if help.contains('\n') => write!(f, "{place}: {message} [{code}]; {help}"),
             Some(help) => write!(f, "{place}: {message}; {help} [{code}]"),
         }
     }
 }
 
-/// Warning about a load whose history is 0 in a relax stage, by its number.
+/// Warning about a load, given by its number, whose history is 0 in a relax stage.
 #[must_use]
 pub fn load_at_rest(load: usize, stage: &str) -> Diagnostic {
     let stage = if stage.is_empty() {

@@ -1,11 +1,12 @@
-//! Paths that were probably meant where there is nothing.
+//! Paths that were probably meant by a path that does not exist.
 
 use std::path::{Path, PathBuf};
 
 use crate::schema::names;
 
-/// Path of the entry beside a path whose name is nearest to that of the path, of the entries that are wanted, or of the
-/// entry of this name in the folder that is nearest to a folder that is not there; none where no name is near.
+/// Path that was probably meant by a missing path, among the `wanted` ones: the entry of the same
+/// folder with the nearest name. If the folder is missing, the folder with the nearest name takes
+/// its place. `None` if no name is near.
 #[must_use]
 pub fn near(path: &Path, wanted: impl Fn(&Path) -> bool + Copy) -> Option<PathBuf> {
     let folder = path.parent()?;

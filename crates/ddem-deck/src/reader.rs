@@ -1,4 +1,5 @@
-//! Decks as TOML: read with every mistake located, written so that they read back equal.
+//! Reading and writing of decks as TOML: every mistake is located, and a written deck reads back
+//! equal.
 
 mod de;
 mod files;
@@ -22,20 +23,21 @@ use crate::schema::Deck;
 ///
 /// # Errors
 ///
-/// When the file cannot be read, is not TOML, has unknown keys, values of the wrong type or
-/// missing keys, or names files that cannot be read: all that are found, not only the first.
+/// The file cannot be read, is not TOML, has unknown keys, values of the wrong type or missing
+/// keys, or names files that cannot be read. The error holds all mistakes that are found, not only
+/// the first.
 pub fn read(path: &Path) -> Result<(Deck, Source), DeckError> {
     let text = std::fs::read_to_string(path)
         .map_err(|source| DeckError::Unreadable { path: path.to_owned(), source })?;
     parse(&text, &path.display().to_string())
 }
 
-/// Reads a deck from its text; `name` is what errors call it. Files that it names are looked for in the
+/// Reads a deck from its text. Errors call it `name`. Files that the deck names are relative to the
 /// folder of `name`.
 ///
 /// # Errors
 ///
-/// As those of [`read`].
+/// Those of [`read`].
 pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
     let (mut deck, source) = parse_alone(text, name)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
@@ -49,7 +51,7 @@ pub fn parse(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
 ///
 /// # Errors
 ///
-/// As those of [`parse`], files apart.
+/// Those of [`parse`], except for files.
 pub fn parse_alone(text: &str, name: &str) -> Result<(Deck, Source), DeckError> {
     let (table, errors) = DeTable::parse_recoverable(text);
     let source = Source::new(name, text, &table);
@@ -66,12 +68,12 @@ pub fn parse_alone(text: &str, name: &str) -> Result<(Deck, Source), DeckError> 
     }
 }
 
-/// Reads a deck that a program has made as a table, by the same rules; [`read_files`] reads the files that
-/// it names.
+/// Reads a deck from a table that a program has made, by the same rules. [`read_files`] reads the
+/// files that it names.
 ///
 /// # Errors
 ///
-/// Unknown keys, values of the wrong type and missing keys: all that are found.
+/// All unknown keys, values of the wrong type and missing keys that are found.
 pub fn from_table(table: &toml::Table) -> Result<Deck, ModelError> {
     let unreadable =
         |message: String| ModelError::from(Fault::new(ErrorCode::WrongType, "", message));
@@ -86,7 +88,7 @@ pub fn from_table(table: &toml::Table) -> Result<Deck, ModelError> {
 }
 
 impl Source {
-    /// Checks everything that can be told from the deck alone; see [`check`](crate::check()).
+    /// Checks the deck alone, before any geometry is built; see [`check`](crate::check()).
     ///
     /// # Errors
     ///
@@ -97,16 +99,16 @@ impl Source {
     }
 }
 
-/// The deck as TOML, which reads back equal.
+/// Text of the deck as TOML, which reads back equal.
 ///
 /// # Errors
 ///
-/// When a value cannot be written in TOML: a whole number of 2⁶³ or more.
+/// TOML cannot hold a value: a whole number of 2⁶³ or more.
 pub fn write(deck: &Deck) -> Result<String, DeckError> {
     toml::to_string(deck).map_err(|error| DeckError::Unwritable { message: error.to_string() })
 }
 
-/// The JSON Schema of decks, for editors.
+/// JSON Schema of decks, for editors.
 pub fn json_schema() -> serde_json::Value {
     schemars::schema_for!(Deck).to_value()
 }

@@ -1,9 +1,9 @@
-//! The deck: what a user asks for, as plain data. One field per key, under the same name.
+//! The deck as plain data, with one field per key under the same name.
 //!
-//! A deck names things (materials, joints, stages) by strings and angles in degrees, as a user
-//! writes them. It is read from TOML by `reader`, built by hand by Rust programs, and turned
-//! into a model by [`Deck::build`], which checks every value.
-//! `check` says what can be told to be wrong from the deck alone. Nothing in here computes.
+//! A deck names materials, joints and stages by strings and gives angles in degrees, as a user
+//! writes them. `reader` reads it from TOML; Rust programs can build it directly. [`Deck::build`]
+//! checks every value and turns the deck into a model. `check` finds the mistakes that the deck
+//! alone shows. The types here hold data only; the model is computed elsewhere.
 
 mod blocks;
 mod charge;

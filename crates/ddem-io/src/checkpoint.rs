@@ -1,13 +1,13 @@
-//! `checkpoint.h5`: a run that can be gone on with, kept bit for bit.
+//! `checkpoint.h5`: the state of a run, with which it resumes bit for bit.
 //!
 //! ```text
 //! /         attributes format = "ddem checkpoint", version = 7
 //! /deck     the text of the deck
-//! /run      how far the run and its files had got
+//! /run      progress of the run and its files
 //! /state    the simulation
 //! ```
 //!
-//! Each is bytes with checksums. What they mean is the business of whoever saves them.
+//! Each dataset holds bytes with checksums. The caller defines their meaning.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -19,28 +19,28 @@ use crate::hdf::{scalar_attribute, with_file, word_attribute};
 use crate::output_error::OutputError;
 use crate::replace::replace;
 
-/// Tells our files from others.
+/// Format name, which identifies checkpoints of ddem.
 const FORMAT: &[u8; 15] = b"ddem checkpoint";
 
-/// Grows when files of before can no longer be read.
+/// Version of the format, which grows when older files can no longer be read.
 const VERSION: u64 = 7;
 
-/// Bytes that share a checksum.
+/// Number of bytes that share a checksum.
 const CHUNK: usize = 1 << 20;
 
-/// Everything a checkpoint holds.
+/// Contents of a checkpoint.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Checkpoint {
     /// Text of the deck.
     pub deck: String,
     /// Progress of the run.
     pub run: Vec<u8>,
-    /// The simulation.
+    /// State of the simulation.
     pub state: Vec<u8>,
 }
 
-/// Saves a checkpoint from borrowed bytes, without copying them. The file at `path` is replaced when the new one is
-/// complete and on the disk; until then, and if anything fails, it stays.
+/// Saves a checkpoint from borrowed bytes, without copying them. The new file replaces the file at
+/// `path` once it is complete and on the disk. If anything fails, the old file remains.
 ///
 /// # Errors
 ///
@@ -54,7 +54,8 @@ pub fn save(
     stream(path, deck, run, state.len(), |out| out.write_all(state))
 }
 
-/// Saves a checkpoint whose state of known size is written piece by piece, and never held in memory as a whole.
+/// Saves a checkpoint whose state of known size is written piece by piece. The state is never held
+/// in memory as a whole.
 ///
 /// # Errors
 ///
@@ -127,12 +128,12 @@ fn read(file: &File, size: u64) -> Result<Checkpoint> {
     Ok(Checkpoint { deck, run: fetch(file, "run", size)?, state: fetch(file, "state", size)? })
 }
 
-/// Bytes on their way into a dataset.
+/// Writer that collects bytes and writes them to a dataset in chunks.
 struct Parts<'a> {
     dataset: &'a Dataset,
-    /// Bytes that are not in the file yet.
+    /// Bytes that are not yet in the dataset.
     part: Vec<u8>,
-    /// Number of those that are.
+    /// Number of bytes in the dataset.
     at: usize,
     error: Option<hdf5::Error>,
 }
@@ -170,7 +171,7 @@ fn store(file: &File, name: &str, size: usize, bytes: ByteSource<'_>) -> Result<
         return Err(error);
     }
     written.map_err(|error| hdf5::Error::from(error.to_string()))?;
-    // Dropping a dataset writes what HDF5 still buffers, and cannot tell that the disk is full.
+    // Dropping a dataset would also write the buffer of HDF5, but cannot report a full disk.
     dataset.flush()
 }
 
@@ -179,7 +180,7 @@ fn fetch(file: &File, name: &str, size: u64) -> Result<Vec<u8>> {
     if !dataset.dtype()?.is::<u8>() {
         return Err(format!("`{name}` has no bytes").into());
     }
-    // A damaged length must not make us ask for memory without end.
+    // A damaged length must not make the program request unlimited memory.
     if dataset.size() as u64 > size {
         return Err(format!("`{name}` is longer than the file").into());
     }

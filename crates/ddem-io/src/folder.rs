@@ -1,8 +1,8 @@
-//! The folder of the results: whose it is, and which files it holds.
+//! Folder of the results: the deck to which it belongs, and its files.
 //!
-//! `ddem.json` in the folder names the deck the results come from. It is what keeps one deck from
-//! overwriting the results of another, and a resumed run from going on with a changed deck. A run that
-//! begins anew moves earlier results to a folder beside it.
+//! `ddem.json` in the folder names the deck of the results. It prevents one deck from overwriting
+//! the results of another, and a resumed run from continuing with a changed deck. A new run moves
+//! earlier results to a folder beside it.
 
 use std::fs::{self, File, TryLockError};
 use std::io::{Read, Write};
@@ -42,7 +42,7 @@ pub enum FolderError {
         /// Title of the deck.
         title: String,
     },
-    /// A file has the name of a result, but nothing tells that this program wrote it.
+    /// A file has the name of a result, but nothing shows that this program wrote it.
     #[error("{} holds {file}, which ddem did not write", folder.display())]
     ForeignFile {
         /// The folder.
@@ -62,7 +62,7 @@ pub enum FolderError {
         /// The folder.
         folder: PathBuf,
     },
-    /// There is no checkpoint to go on from.
+    /// The folder holds no checkpoint to resume.
     #[error("{} holds no checkpoint to resume", folder.display())]
     NothingToResume {
         /// The folder.
@@ -95,11 +95,11 @@ pub enum Earlier {
     Keep,
     /// Earlier results are removed if they belong to the same deck, by file name and title.
     Overwrite,
-    /// The run goes on with them; the text of the deck must be the same.
+    /// The run continues them; the text of the deck must be the same.
     Resume,
 }
 
-/// A folder ready for results. As long as it lives, no other run gets the same folder.
+/// Folder that is ready for results. While this value exists, no other run can use the folder.
 #[derive(Debug)]
 pub struct Folder {
     path: PathBuf,
@@ -116,12 +116,12 @@ struct Marker {
     text: String,
 }
 
-/// Makes the folder at `out` ready for the results of a deck, and creates it if need be. Files that are no
-/// results stay.
+/// Prepares the folder at `out` for the results of a deck, and creates it if necessary. Files that
+/// are not results remain.
 ///
 /// # Errors
 ///
-/// [`FolderError`] says why the folder cannot be taken; it is then as it was before.
+/// [`FolderError`] gives the reason why the folder cannot be used. The folder is then unchanged.
 pub fn prepare(
     out: &Path,
     deck_name: &str,
@@ -155,7 +155,7 @@ pub fn prepare(
 }
 
 impl Folder {
-    /// Folder that earlier results were moved to, if there were any.
+    /// Folder to which earlier results were moved, if there were any.
     pub fn kept(&self) -> Option<&Path> {
         self.kept.as_deref()
     }
@@ -219,7 +219,7 @@ fn foreign(folder: &Path, file: &str) -> FolderError {
     FolderError::ForeignFile { folder: folder.to_owned(), file: file.to_owned() }
 }
 
-/// The marker, locked, and what it says; `None` if there is none.
+/// Marker file, locked, and its contents; `None` if there is none.
 fn find_marker(folder: &Path) -> Result<Option<(File, Marker)>, FolderError> {
     let path = folder.join(MARKER);
     if !path.try_exists().map_err(|e| not_writable(&path, "reading", e))? {
@@ -239,8 +239,8 @@ fn find_marker(folder: &Path) -> Result<Option<(File, Marker)>, FolderError> {
     marker.map(|marker| Some((file, marker))).ok_or_else(|| foreign(folder, MARKER))
 }
 
-/// Takes the folder for this process. Some network file systems have no locks: the run goes on
-/// without one there.
+/// Locks the folder for this process. Some network file systems have no locks; there the run
+/// continues without one.
 fn lock(folder: &Path, marker: &File) -> Result<(), FolderError> {
     match marker.try_lock() {
         Err(TryLockError::WouldBlock) => Err(FolderError::InUse { folder: folder.to_owned() }),
@@ -279,7 +279,7 @@ fn check(
     Ok(())
 }
 
-/// Moves the results in a folder, if there are any, to one beside it whose number is free.
+/// Moves the results in a folder, if there are any, to a folder beside it with a free number.
 fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> {
     let there: Vec<&str> = RESULTS.into_iter().filter(|name| folder.join(name).exists()).collect();
     if there.is_empty() {
@@ -302,7 +302,7 @@ fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> 
     let moves = |from: &Path, to: &Path, name: &str| fs::rename(from.join(name), to.join(name));
     for (at, name) in there.iter().enumerate() {
         moves(folder, &kept, name).map_err(|e| {
-            // All or nothing: results stay together.
+            // Undo all moves, so that the results stay together.
             for name in &there[..at] {
                 let _ = moves(&kept, folder, name);
             }
@@ -310,13 +310,14 @@ fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> 
             not_writable(&kept.join(name), "moving results to", e)
         })?;
     }
-    // As the folder was given, unless that leads elsewhere, as from a link or from `..`.
+    // The path is written as the folder was given, unless that leads elsewhere, as with a link or
+    // `..`.
     let near = folder.with_file_name(format!("{name}.{number}"));
     let leads_there = near.canonicalize().is_ok_and(|near| near == kept);
     Ok(Some(if leads_there { near } else { kept }))
 }
 
-/// Permissions do not tell whether a folder can be written to; writing does.
+/// Checks that the folder can be written to by writing a file; permissions do not show it.
 fn try_writing(folder: &Path) -> Result<(), FolderError> {
     let path = folder.join(format!(".ddem-{}.part", std::process::id()));
     File::create(&path)
@@ -326,13 +327,13 @@ fn try_writing(folder: &Path) -> Result<(), FolderError> {
 
 fn create_marker(folder: &Path) -> Result<File, FolderError> {
     let path = folder.join(MARKER);
-    // New, so that of two runs started at once one finds the file of the other.
+    // `create_new` ensures that one of two simultaneous runs finds the file of the other.
     let file = File::create_new(&path).map_err(|e| not_writable(&path, "creating", e))?;
     lock(folder, &file)?;
     Ok(file)
 }
 
-/// Rewrites the marker in place: a replaced file would leave its lock behind.
+/// Rewrites the marker in place, since replacing the file would leave its lock behind.
 fn write_marker(folder: &Path, file: &mut File, marker: &Marker) -> Result<(), FolderError> {
     let path = folder.join(MARKER);
     let writing = |e| not_writable(&path, "writing", e);

@@ -1,4 +1,4 @@
-//! Opening and closing HDF5 files such that an error leaves nothing half open.
+//! Opening and closing of HDF5 files, such that no file stays open after an error.
 
 use std::fs;
 use std::ops::Range;
@@ -10,9 +10,9 @@ use hdf5::{Dataset, Extent, File, FileBuilder, Group, H5Type, Location, OpenMode
 
 use crate::output_error::OutputError;
 
-/// Runs `work` on the file and closes it, with all its objects, whether it worked or not.
+/// Runs `work` on the file and closes the file with all its objects, even after an error.
 ///
-/// Closing is part of the work: HDF5 writes its index then, and a full disk shows only there.
+/// Errors of closing count, too: HDF5 writes its index then, and a full disk shows only there.
 pub(crate) fn with_file<T>(
     path: &Path,
     mode: OpenMode,
@@ -46,8 +46,8 @@ fn refused(
     }
 }
 
-/// With `Earliest` as the lower bound the file carries no mark "open for writing", so that it
-/// stays readable when the process dies.
+/// File builder. With `Earliest` as the lower bound the file has no mark "open for writing", so
+/// that it stays readable if the process dies.
 fn builder() -> FileBuilder {
     let mut builder = FileBuilder::new();
     builder.with_fapl(|access| {
@@ -63,11 +63,11 @@ fn builder() -> FileBuilder {
 pub(crate) struct Storage {
     /// Rows of one chunk.
     pub(crate) chunk: usize,
-    /// Deflate level; `None` stores the numbers as they are, in chunks that never move.
+    /// Deflate level; `None` stores the numbers uncompressed, in chunks that never move.
     pub(crate) deflate: Option<u8>,
 }
 
-/// An empty dataset that grows along its first axis: shape `(0)` or `(0, columns)`.
+/// Creates an empty dataset that grows along its first axis, of shape `(0)` or `(0, columns)`.
 pub(crate) fn growable<T: H5Type>(
     group: &Group,
     name: &str,
@@ -91,14 +91,14 @@ pub(crate) fn growable<T: H5Type>(
     Ok(())
 }
 
-/// Numbers of one piece, all components of its rows together, at most: 4 MB of doubles.
+/// Largest number of values in one piece, with all components of its rows: 4 MB of doubles.
 const PIECE: usize = 512 * 1024;
 
-/// Writes some whole rows, piece by piece, and makes the dataset end behind them: `fill` writes the
-/// numbers of the rows of a piece, counted from the first.
+/// Writes whole rows piece by piece and ends the dataset after them. `fill` writes the numbers of
+/// the rows of a piece, counted from the first row.
 ///
-/// Pieces are whole chunks where they can be: no chunk is packed twice. Rows beyond, left by an append
-/// which failed halfway, disappear.
+/// Pieces are whole chunks if possible, so that no chunk is packed twice. Later rows, left by an
+/// append that failed halfway, disappear.
 pub(crate) fn write<T: H5Type + Default + Copy>(
     group: &Group,
     name: &str,
@@ -125,11 +125,11 @@ pub(crate) fn write<T: H5Type + Default + Copy>(
         }
         at = end;
     }
-    // Dropping a dataset writes what HDF5 still buffers, and cannot tell that the disk is full.
+    // Dropping a dataset would also write the buffer of HDF5, but cannot report a full disk.
     dataset.flush()
 }
 
-/// Writes one number and makes the dataset end behind it.
+/// Writes one number and ends the dataset after it.
 pub(crate) fn put<T: H5Type + Default + Copy>(
     group: &Group,
     name: &str,
@@ -157,7 +157,7 @@ pub(crate) fn cut(group: &Group, name: &str, rows: usize) -> hdf5::Result<()> {
     resize(&dataset, &shape, rows)
 }
 
-/// A scalar attribute.
+/// Adds a scalar attribute.
 pub(crate) fn scalar_attribute<T: H5Type>(
     at: &Location,
     name: &str,
@@ -166,7 +166,7 @@ pub(crate) fn scalar_attribute<T: H5Type>(
     at.new_attr::<T>().create(name)?.write_scalar(value)
 }
 
-/// A short ASCII attribute of fixed length, the only kind of text VTK reads.
+/// Adds a short ASCII attribute of fixed length, the only kind of text that VTK reads.
 pub(crate) fn word_attribute<const N: usize>(
     at: &Location,
     name: &str,

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use ddem_core::ErrorCode;
 
-/// The cause of an [`OutputError`]: its `source()` where the text does not have it.
+/// Cause of an [`OutputError`]. It is the `source()` of the error unless the message contains it.
 pub type Cause = Box<dyn std::error::Error + Send + Sync + 'static>;
 
 /// A result file that could not be written or read. Every variant names the file.
@@ -32,28 +32,28 @@ pub enum OutputError {
         /// The error of the system.
         source: Cause,
     },
-    /// The system refused.
+    /// The system reported an error.
     #[error("{operation} {} failed: {error}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// Operation, as in `writing`.
         operation: &'static str,
-        /// The error of the system, which the text has.
+        /// The error of the system, which the message contains.
         error: io::Error,
     },
-    /// The HDF5 library, the CSV or the JSON reader refused.
+    /// The HDF5 library, or the CSV or JSON reader, reported an error.
     #[error("{operation} {} failed: {error}", path.display())]
     Format {
         /// The file.
         path: PathBuf,
         /// Operation, as in `writing`.
         operation: &'static str,
-        /// The error of the library, which the text has.
+        /// The error of the library, which the message contains.
         error: Cause,
     },
-    /// The file is not what its name says: truncated, written by another program or by a newer
-    /// version.
+    /// The file is not of the kind that its name says: it is truncated, or another program or a
+    /// newer version wrote it.
     #[error("{}: {message}", path.display())]
     Unusable {
         /// The file.
@@ -61,7 +61,7 @@ pub enum OutputError {
         /// Description of the fault.
         message: String,
     },
-    /// The data handed over do not fit the file.
+    /// The given data do not fit the file.
     #[error("{}: {message}", path.display())]
     Mismatch {
         /// The file.
@@ -74,7 +74,7 @@ pub enum OutputError {
 ddem_core::debug_as_display!(OutputError);
 
 impl OutputError {
-    /// The file the error is about.
+    /// The file that the error is about.
     pub fn path(&self) -> &Path {
         match self {
             Self::DiskFull { path, .. }
@@ -105,7 +105,7 @@ impl OutputError {
         }
     }
 
-    /// HDF5 reports the cause only in words, among them the system's own.
+    /// Error from HDF5, which reports the cause only in words, including those of the system.
     pub(crate) fn hdf5(path: &Path, operation: &'static str, source: hdf5::Error) -> Self {
         let path = path.to_owned();
         let words = all_frames(&source);
@@ -138,7 +138,7 @@ impl OutputError {
     }
 }
 
-/// Every message of an HDF5 error, from the outermost to the system call which failed.
+/// Every message of an HDF5 error, from the outermost to the system call that failed.
 fn all_frames(error: &hdf5::Error) -> String {
     match error {
         hdf5::Error::Internal(message) => message.clone(),

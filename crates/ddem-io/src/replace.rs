@@ -1,33 +1,33 @@
-//! Files that are either the old one or the new one, whatever happens in between.
+//! Replacement of files: a file is always either the old one or the complete new one.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
 use crate::output_error::OutputError;
 
-/// Name under which the next version of a file grows, in the same folder so that the rename does
-/// not cross file systems.
+/// Path at which the next version of a file is written. It is in the same folder, so that the
+/// rename does not cross file systems.
 pub(crate) fn temporary(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");
     path.with_file_name(name)
 }
 
-/// Replaces `path` by what `write` puts under the temporary name, durably.
+/// Replaces `path` durably by the file that `write` writes under the temporary name.
 ///
-/// When anything fails the old file is untouched and the temporary one is removed.
+/// If anything fails, the old file is unchanged and the temporary one is removed.
 pub(crate) fn replace(
     path: &Path,
     write: impl FnOnce(&Path) -> Result<(), OutputError>,
 ) -> Result<(), OutputError> {
     let part = temporary(path);
-    // The libraries that write it do not say as clearly as the system why it cannot be made.
+    // If the file cannot be created, the error of the system is clearer than that of the libraries.
     File::create(&part).map_err(|e| OutputError::io(path, "writing", e))?;
     let done = write(&part)
         .and_then(|()| sync(&part))
         .and_then(|()| fs::rename(&part, path).map_err(|e| OutputError::io(path, "replacing", e)));
     if done.is_err() {
-        // What matters is the first error; the next attempt overwrites the remains.
+        // The first error is the one to report; the next attempt overwrites the remains.
         let _ = fs::remove_file(&part);
         return done;
     }
@@ -46,8 +46,8 @@ pub(crate) fn sync(path: &Path) -> Result<(), OutputError> {
         .map_err(|e| OutputError::io(path, "saving", e))
 }
 
-/// Makes the new name itself durable. Some systems and file systems cannot: the file is complete
-/// either way, so that is not an error.
+/// Makes the new name itself durable. Some systems and file systems cannot do that; it is no error,
+/// because the file is complete in any case.
 fn sync_folder(path: &Path) {
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -58,10 +58,10 @@ fn sync_folder(path: &Path) {
     }
 }
 
-/// Writes to a file although a viewer may be holding it.
+/// Writes to a file even if a viewer holds it.
 ///
-/// A viewer locks the file it shows. Rather than to fail, hours into a run, the file is replaced by
-/// a copy: the viewer keeps what it has open, and finds the new file when it loads it again.
+/// A viewer locks the file that it shows. To avoid a failure after hours of a run, a copy replaces
+/// the file. The viewer keeps its open file and finds the new one when it loads it again.
 pub(crate) fn unless_busy<T>(
     path: &Path,
     mut write: impl FnMut() -> Result<T, OutputError>,

@@ -1,4 +1,4 @@
-//! A deck from start to end: stages, results, checkpoints.
+//! Run of a deck from start to end: stages, results and checkpoints.
 
 mod drive;
 mod failure;
@@ -40,7 +40,7 @@ use crate::summary::StageSummary;
 pub struct Options {
     /// Folder of the results.
     pub out: PathBuf,
-    /// Threads; default one for each processor. Results do not depend on it.
+    /// Number of threads; default one for each processor. Results do not depend on it.
     pub threads: Option<usize>,
     /// Treatment of earlier results in `out`.
     pub earlier: Earlier,
@@ -51,7 +51,7 @@ pub struct Options {
 }
 
 impl Options {
-    /// Results into `out`, everything else by default.
+    /// Default options, with the results in `out`.
     pub fn new(out: impl Into<PathBuf>) -> Self {
         Self {
             out: out.into(),
@@ -68,27 +68,27 @@ impl Options {
 pub struct Progress {
     /// Name of the stage.
     pub stage: String,
-    /// Number of the stage, from 0, and how many there are.
+    /// Number of the stage, from 0, and number of stages.
     pub stage_index: (usize, usize),
-    /// Relaxation rather than motion.
+    /// True in relaxation, false in motion.
     pub relax: bool,
     /// Steps of this stage so far.
     pub step: u64,
-    /// Steps that the stage will take; in relaxation the most it may take.
+    /// Steps that the stage will take; in relaxation the largest number.
     pub steps: u64,
     /// Simulated time `[s]`.
     pub time: f64,
     /// Unbalanced force ratio.
     pub unbalanced: f64,
-    /// Unbalanced ratio wanted, in relaxation.
+    /// Unbalanced ratio at which relaxation ends.
     pub tolerance: f64,
     /// Failed pairs.
     pub failed_pairs: u64,
-    /// Pairs of blocks that press on each other, and no joint holds.
+    /// Pairs of blocks that press on each other without a joint.
     pub contacts: u64,
     /// Node updates per second in this stage.
     pub updates_per_second: f64,
-    /// Wall time left in the stage `[s]`, when it can be told.
+    /// Wall time left in the stage `[s]`, if it can be estimated.
     pub seconds_left: Option<f64>,
 }
 
@@ -98,18 +98,18 @@ pub struct Progress {
 pub enum Event<'a> {
     /// Earlier results were moved to this folder.
     Kept(&'a std::path::Path),
-    /// The model is built; the run begins (or goes on).
+    /// The model is built; the run begins or continues.
     Built(&'a Report),
-    /// Something that is allowed but perhaps not meant.
+    /// Warning about something that is allowed but may be unintended.
     Warning(&'a Diagnostic),
     /// A stage begins.
     StageStarted(&'a Progress),
-    /// About ten times a second, and at the end of each stage.
+    /// Progress, about ten times a second and at the end of each stage.
     Progress(&'a Progress),
     /// A stage is done.
     StageDone(&'a StageSummary),
-    /// Probes have been sampled: one number for each column of each probe, none where it was not
-    /// due.
+    /// Probes have been sampled: one number for each column of each probe, `None` for probes that
+    /// were not due.
     Sample {
         /// Steps since the start of the run.
         step: u64,
@@ -122,7 +122,7 @@ pub enum Event<'a> {
     Trial {
         /// Name of the stage.
         stage: &'a str,
-        /// The factor, and how the trial ended.
+        /// The factor and the outcome of its trial.
         trial: &'a ddem_core::SafetyTrial,
     },
     /// A checkpoint has been written.
@@ -131,15 +131,15 @@ pub enum Event<'a> {
 
 /// Observer of a run, which may stop it.
 pub trait Observer: Send {
-    /// Something happened.
+    /// Handles an event.
     fn event(&mut self, event: Event<'_>);
 
-    /// Asked at every step: true stops the run after a checkpoint.
+    /// True if the run must stop after a checkpoint; called at every step.
     fn wants_to_stop(&mut self) -> bool {
         false
     }
 
-    /// Asked for at the start: what takes long before the first step ends when this becomes true.
+    /// Flag that ends long work before the first step when it becomes true; called at the start.
     fn stop_flag(&self) -> Arc<AtomicBool> {
         Arc::default()
     }
@@ -148,8 +148,8 @@ pub trait Observer: Send {
 /// Outcome of a run.
 #[derive(Debug)]
 pub enum Outcome {
-    /// All stages are done; what was moved.
+    /// All stages are done; the session at its end.
     Done(Box<Session>),
-    /// Stopped on request; the checkpoint to go on from.
+    /// Stopped on request; the checkpoint from which to resume.
     Interrupted(PathBuf),
 }

@@ -1,4 +1,4 @@
-//! `summary.json`: what was run and how it went.
+//! `summary.json`: the model of a run and the outcome of its stages.
 
 mod table;
 
@@ -17,7 +17,7 @@ use crate::replace::replace;
 
 pub use table::quantity;
 
-/// The contents of `summary.json`.
+/// Contents of `summary.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Version of the program.
@@ -26,11 +26,11 @@ pub struct Summary {
     pub title: String,
     /// Blocks of the model.
     pub blocks: u64,
-    /// Nodes, those of all blocks together.
+    /// Nodes of all blocks.
     pub nodes: u64,
-    /// Elements, those of all blocks together.
+    /// Elements of all blocks.
     pub elements: u64,
-    /// Pairs of points which the joints hold together.
+    /// Pairs of points of the joints.
     pub pairs: u64,
     /// Pairs that have failed.
     pub failed_pairs: FailedPairs,
@@ -40,18 +40,18 @@ pub struct Summary {
     /// Fragments at the end.
     #[serde(default)]
     pub fragments: FragmentSummary,
-    /// Sets that touch at the start, and what is between them.
+    /// Sets that touch at the start, with the joint between them.
     #[serde(default)]
     pub interfaces: Vec<InterfaceSummary>,
-    /// Charges before they go off, in the order of the deck.
+    /// Charges before they detonate, in the order of the deck.
     #[serde(default)]
     pub charges: Vec<ChargeSummary>,
-    /// Blocks that curved and slanted shapes have selected.
+    /// Blocks that curved and slanted regions have selected.
     #[serde(default)]
     pub selections: Vec<SelectionSummary>,
-    /// Largest memory the process had, `[B]`; 0 where the system does not tell.
+    /// Peak memory of the process, `[B]`; 0 if the system does not report it.
     pub peak_memory_bytes: u64,
-    /// The stages done, in order.
+    /// Completed stages, in order.
     pub stages: Vec<StageSummary>,
     /// Diagnostics of the deck and the run.
     #[serde(default)]
@@ -60,12 +60,12 @@ pub struct Summary {
     pub deck: String,
 }
 
-/// Pairs that have failed, by the way they did.
+/// Failed pairs, by mode of failure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FailedPairs {
-    /// In shear.
+    /// Failed in shear.
     pub shear: u64,
-    /// In tension.
+    /// Failed in tension.
     pub tension: u64,
 }
 
@@ -74,9 +74,9 @@ pub struct FailedPairs {
 pub struct InterfaceSummary {
     /// Names of the two sets.
     pub sets: [String; 2],
-    /// Name of the joint that joins them; `null` where their blocks meet as contacts.
+    /// Name of the joint that joins them; `null` if their blocks meet as contacts.
     pub joint: Option<String>,
-    /// Faces of blocks that it is over.
+    /// Number of pairs of touching faces.
     pub faces: u64,
 }
 
@@ -86,24 +86,24 @@ impl From<Interface> for InterfaceSummary {
     }
 }
 
-/// One charge before it goes off, where blocks are in their reference positions.
+/// One charge before it detonates, with the blocks in their reference positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ChargeSummary {
-    /// Walls of cavities that it pushes; 0 where it pushes joints.
+    /// Number of walls of cavities that it pushes; 0 if it pushes joints.
     pub walls: u64,
-    /// Joints that it pushes; 0 where it pushes walls.
+    /// Number of joints that it pushes; 0 if it pushes walls.
     pub joints: u64,
     /// Area of the walls, or of one side of the joints `[m²]`.
     pub area: f64,
-    /// Volume of the cavities, or of what the joints are wide `[m³]`.
+    /// Volume of the cavities, or of the gaps of the joints `[m³]`.
     pub volume: f64,
     /// Mass of the explosive `[kg]`.
     pub mass: Option<f64>,
-    /// Its mass by the volume of the cavities `[kg/m³]`.
+    /// Mass of the explosive per volume of the cavities `[kg/m³]`.
     pub filling: Option<f64>,
-    /// Its density `[kg/m³]`.
+    /// Density of the explosive `[kg/m³]`.
     pub density: Option<f64>,
-    /// First pressure, of a history in time at factor 1 `[Pa]`.
+    /// Initial pressure; for a history in time the pressure at factor 1 `[Pa]`.
     pub pressure: f64,
 }
 
@@ -122,7 +122,7 @@ impl From<ChargeSize> for ChargeSummary {
     }
 }
 
-/// Blocks that a curved or slanted shape has selected.
+/// Blocks that a curved or slanted region has selected.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SelectionSummary {
     /// Place in the deck.
@@ -131,13 +131,13 @@ pub struct SelectionSummary {
     pub what: String,
     /// Number of blocks.
     pub blocks: u64,
-    /// Their volume, half of the joints around included `[m³]`.
+    /// Volume of the blocks, including half of the surrounding joints `[m³]`.
     pub volume: f64,
     /// Name of the shape.
     pub shape: String,
-    /// Volume of the shape, where it is known `[m³]`.
+    /// Volume of the shape, if it is known `[m³]`.
     pub holds: Option<f64>,
-    /// The volume of the shape has parts outside of the sets of blocks.
+    /// True if parts of the shape lie outside of the sets of blocks.
     #[serde(default)]
     pub sticks_out: bool,
 }
@@ -157,19 +157,19 @@ pub struct StageSummary {
     pub name: String,
     /// Kind in the deck.
     pub kind: String,
-    /// Verdict on it.
+    /// Verdict on the stage.
     #[serde(default)]
     pub verdict: Verdict,
-    /// Blocks that move where it fails, those first that have gone farthest in the stage.
+    /// Moving blocks if the stage fails, those with the largest distance in the stage first.
     #[serde(default)]
     pub moving: Vec<MovingBlock>,
-    /// Factor of safety, where it was looked for and is within the bracket.
+    /// Factor of safety, if it was searched for and lies within the bracket.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub factor: Option<f64>,
-    /// Largest factor that is stable and smallest one that is not, where it was looked for.
+    /// Largest stable and smallest unstable factor, if the factor of safety was searched for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bracket: Option<[Option<f64>; 2]>,
-    /// Factors that were tried, in their order.
+    /// Factors that were tried, in order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub trials: Vec<SafetyTrial>,
     /// Steps taken.
@@ -177,25 +177,26 @@ pub struct StageSummary {
     /// Time step `[s]`.
     #[serde(deserialize_with = "number_or_null")]
     pub time_step: f64,
-    /// Duration on the clock `[s]`.
+    /// Wall time `[s]`.
     #[serde(deserialize_with = "number_or_null")]
     pub wall_seconds: f64,
-    /// Speed `[1/s]`.
+    /// Node updates per second `[1/s]`.
     #[serde(deserialize_with = "number_or_null")]
     pub node_updates_per_second: f64,
     /// Ratio of unbalanced forces at the end.
     #[serde(deserialize_with = "number_or_null")]
     pub unbalanced: f64,
-    /// Energy that has come or gone without a cause by the end, against the largest energy.
+    /// Energy imbalance at the end, relative to the largest energy.
     #[serde(deserialize_with = "number_or_null", default)]
     pub imbalance: f64,
-    /// State at its end; of a stage that looks for a factor of safety the state it started from.
+    /// State at the end; for a stage that searches for a factor of safety, the state from which it
+    /// started.
     #[serde(default)]
     pub state: StateSummary,
 }
 
 impl Summary {
-    /// Writes the file, or leaves the old one as it is.
+    /// Writes the file; if that fails, the old file is unchanged.
     ///
     /// # Errors
     ///
@@ -222,17 +223,17 @@ impl Summary {
     }
 }
 
-/// JSON has no `NaN`: it is written as `null`.
+/// Number, or NaN for `null`: JSON has no NaN and writes it as `null`.
 fn number_or_null<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     Option::deserialize(deserializer).map(|number| number.unwrap_or(f64::NAN))
 }
 
-/// Largest memory this process has had, `[B]`, or 0 where the system does not tell.
+/// Peak memory of this process, `[B]`; 0 if the system does not report it.
 pub fn peak_memory_bytes() -> u64 {
     peak().unwrap_or(0)
 }
 
-/// The "high water mark" in `/proc/self/status`: `VmHWM:   12345 kB`.
+/// Peak memory `[B]` from the "high water mark" in `/proc/self/status`: `VmHWM:   12345 kB`.
 #[cfg(target_os = "linux")]
 fn peak() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;

@@ -1,8 +1,8 @@
 //! Tables over time: `probes.csv`, `energy.csv`, `frames.csv` and `fragments.csv`.
 //!
-//! Every row begins with `stage,step,time`. Numbers have as many digits as it takes to read the
-//! same double back. Rows become durable with `sync`; a killed run can leave part of a last row,
-//! which `reopen` removes.
+//! Every row begins with `stage,step,time`. Numbers have enough digits to read the same double
+//! back. Rows become durable with `sync`. A killed run can leave a part of a last row, which
+//! `reopen` removes.
 
 use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 
 use crate::output_error::OutputError;
 
-/// Columns every table begins with.
+/// Columns with which every table begins.
 const KEYS: [&str; 3] = ["stage", "step", "time"];
 /// A table over time.
 ///
-/// A row is one sample. What was not sampled in it has empty cells, which is not the same as `NaN`: a
+/// A row is one sample. Columns that were not sampled have empty cells. `NaN` is different: it is a
 /// quantity without a value, such as the failure time of an intact bond.
 #[derive(Debug)]
 pub struct Table {
@@ -24,7 +24,7 @@ pub struct Table {
     whole: usize,
     writer: csv::Writer<File>,
     rows: u64,
-    /// One cell, kept to not allocate for each number.
+    /// Buffer for one cell, which avoids an allocation for each number.
     cell: String,
 }
 
@@ -51,16 +51,16 @@ impl Table {
         Ok(table)
     }
 
-    /// Goes on with a table after its first `rows` rows and removes those behind.
+    /// Continues a table after its first `rows` rows and removes the later ones.
     ///
     /// # Errors
     ///
-    /// [`OutputError::Unusable`] if the file is no such table or has fewer rows.
+    /// [`OutputError::Unusable`] if the file is not such a table or has fewer rows.
     pub fn reopen(path: impl Into<PathBuf>, rows: u64) -> Result<Self, OutputError> {
         let path = path.into();
         let (columns, end) = header_and_end(&path, rows)?;
         let reopening = |e| OutputError::io(&path, "reopening", e);
-        // Appending, so that no position is to be kept.
+        // In append mode no position is needed.
         let file = OpenOptions::new().append(true).open(&path).map_err(reopening)?;
         file.set_len(end).map_err(reopening)?;
         Ok(Self::new(path, columns, file, rows))
@@ -77,7 +77,7 @@ impl Table {
         Self { whole: columns, ..self }
     }
 
-    /// Adds one row at `time` `[s]`; `None` for what was not sampled.
+    /// Adds one row at `time` `[s]`; `None` for values that were not sampled.
     ///
     /// # Errors
     ///
@@ -101,7 +101,7 @@ impl Table {
         Ok(())
     }
 
-    /// Hands the rows so far to the system: other programs see them.
+    /// Passes the rows so far to the system, so that other programs can read them.
     ///
     /// # Errors
     ///
@@ -120,12 +120,12 @@ impl Table {
         crate::replace::sync(&self.path)
     }
 
-    /// Rows in the table, without the header.
+    /// Number of rows in the table, without the header.
     pub fn rows_written(&self) -> u64 {
         self.rows
     }
 
-    /// Names of the columns behind `stage,step,time`.
+    /// Names of the columns after `stage,step,time`.
     pub fn columns(&self) -> &[String] {
         &self.columns
     }
@@ -144,7 +144,7 @@ impl Table {
     ) -> csv::Result<()> {
         self.writer.write_field(stage)?;
         self.writer.write_field(step.to_string())?;
-        // The time comes first, and is none of the columns.
+        // The time comes first and is not one of `columns`.
         for (at, value) in std::iter::once(Some(time)).chain(values).enumerate() {
             self.cell.clear();
             if let Some(value) = value.filter(|_| (1..=self.whole).contains(&at)) {
@@ -160,7 +160,7 @@ impl Table {
     }
 }
 
-/// The columns of a table and the byte at which its first `rows` rows end.
+/// Columns of a table, and the byte at which its first `rows` rows end.
 fn header_and_end(path: &Path, rows: u64) -> Result<(Vec<String>, u64), OutputError> {
     let reading = |e| OutputError::csv(path, "reopening", e);
     let mut reader = csv::Reader::from_path(path).map_err(reading)?;

@@ -1,12 +1,12 @@
-//! Fields on a mesh over time in one file which ParaView and PyVista open as it is.
+//! Fields on a mesh over time in one file that ParaView and PyVista open directly.
 //!
-//! The format is [VTKHDF](https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/)
-//! 2.2, `UnstructuredGrid` with time steps: ParaView 5.12 or newer, VTK 9.3 or newer. The mesh is
-//! stored once, so bodies move through a `displacement` field and not through their points; only those
-//! of a file of clouds are others at each step.
+//! The format is [VTKHDF](https://docs.vtk.org/en/latest/vtk_file_formats/vtkhdf_file_format/) 2.2,
+//! `UnstructuredGrid` with time steps: ParaView 5.12 or newer, VTK 9.3 or newer. The mesh is stored
+//! once, so blocks move by a `displacement` field and not by their points. Only a file of clouds
+//! has other points at each step.
 //!
-//! Between two [`Writer::append`] the file is closed: it can be viewed, copied, and it survives
-//! the death of the process. This module knows arrays, not what they mean.
+//! Between two calls of [`Writer::append`] the file is closed. It can be viewed and copied, and it
+//! survives the end of the process. This module handles arrays without their meaning.
 
 mod create;
 mod data;

@@ -1,4 +1,5 @@
-//! Tables, summary, checkpoint and the folder around them: written, read back, gone on with.
+//! Tests of tables, summary, checkpoint and the folder around them: writing, reading and
+//! continuing.
 
 use std::fs;
 use std::path::Path;
@@ -40,7 +41,7 @@ fn tables_go_on_after_the_rows_that_count() {
     table.sync().unwrap();
     drop(table);
     let whole = fs::read_to_string(&path).unwrap();
-    // A run that died in the middle of a row.
+    // A run that was killed in the middle of a row.
     fs::write(&path, &whole[..whole.len() - 3]).unwrap();
     let error = Table::reopen(&path, 9).unwrap_err().to_string();
     assert!(error.contains("energy.csv") && error.contains("5 rows"), "{error}");
@@ -150,7 +151,7 @@ fn checkpoints_keep_every_bit() {
     let path = folder.path().join("checkpoint.h5");
     checkpoint::save(&path, "", &[], &[]).unwrap();
     assert_eq!(Checkpoint::load(&path).unwrap(), Checkpoint::default());
-    // Replaces the one before; more than one chunk.
+    // This replaces the earlier checkpoint and has more than one chunk.
     let state: Vec<u8> =
         (0..3_000_000_u32).map(|i| (i.wrapping_mul(0x9E37_79B9) >> 24) as u8).collect();
     let deck = "title = 'Stütze \0'\n";
@@ -191,7 +192,7 @@ fn damaged_and_foreign_checkpoints_are_errors() {
         fs::write(&path, &whole[..part]).unwrap();
         unusable(&format!("{part} bytes"));
     }
-    // One bit of what was saved is another.
+    // One bit of the saved state is flipped.
     let at = whole.windows(9).position(|part| part == &state[1000..1009]).unwrap();
     let mut flipped = whole.clone();
     flipped[at] ^= 4;
@@ -212,7 +213,7 @@ fn damaged_and_foreign_checkpoints_are_errors() {
     }
 }
 
-/// Names and contents of all files, to see that nothing was touched.
+/// Names and contents of all files, to check that nothing was touched.
 fn contents(folder: &Path) -> Vec<(std::ffi::OsString, Vec<u8>)> {
     let entries = fs::read_dir(folder).unwrap().map(Result::unwrap);
     let mut all: Vec<_> =
@@ -238,7 +239,7 @@ fn the_same_deck_takes_its_folder_again() {
         out.join("checkpoint.h5.part"),
     ];
     files.iter().for_each(|file| fs::write(file, "x").unwrap());
-    // Not while the first run goes on.
+    // The folder is in use while the first run lasts.
     let error = prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Overwrite).unwrap_err();
     assert!(matches!(error, FolderError::InUse { .. }), "{error}");
     drop(folder);
@@ -295,19 +296,19 @@ fn a_run_that_begins_anew_keeps_earlier_results() {
     for number in [0, 1] {
         let kept = root.path().join(format!("beam.{}", number + 1));
         assert_eq!(fs::read_to_string(kept.join("summary.json")).unwrap(), number.to_string());
-        // A run can go on there, and is not mistaken for another.
+        // The folder belongs to the deck, and only a checkpoint is missing.
         let error = prepare(&kept, "beam.toml", "Beam", "a = 1", Earlier::Resume).unwrap_err();
         assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
     }
     assert_eq!(fs::read_to_string(out.join("summary.json")).unwrap(), "2");
     assert!(out.join("notes.txt").exists());
-    // Where nothing was written there is nothing to keep.
+    // Without results there is nothing to keep.
     fs::remove_file(out.join("summary.json")).unwrap();
     let folder = prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Keep).unwrap();
     assert_eq!(folder.kept(), None);
 }
 
-/// Results behind a link are kept beside them, and the path that is said leads there.
+/// Results behind a link are kept beside their real folder, and the reported path leads there.
 #[test]
 #[cfg(unix)]
 fn results_behind_a_link_are_kept_beside_them() {

@@ -1,7 +1,7 @@
-//! VTK's own reader finds in the result files what was written into them.
+//! Checks that VTK's own reader finds the written values in the result files.
 //!
-//! Runs `tests/vtk/check_vtkhdf.py` with the interpreter named by `DDEM_PYTHON`, which needs the
-//! packages `vtk` and `numpy`.
+//! The tests run `tests/vtk/check_vtkhdf.py` with the interpreter named by `DDEM_PYTHON`, which
+//! needs the packages `vtk` and `numpy`.
 
 use std::ffi::{OsStr, OsString};
 use std::ops::Range;
@@ -11,7 +11,7 @@ use std::process::Command;
 use ddem_io::vtkhdf::{Cells, Constant, FieldSpec, Grid, Location, NumberType, PointOwner, Writer};
 use serde_json::{Value, json};
 
-/// The interpreter, or `None` after telling that VTK was not asked.
+/// The interpreter, or `None` after a message that VTK was not used.
 fn python() -> Option<OsString> {
     let python = std::env::var_os("DDEM_PYTHON").filter(|p| !p.is_empty());
     if python.is_none() {
@@ -20,10 +20,10 @@ fn python() -> Option<OsString> {
     python
 }
 
-/// What VTK read from a file.
+/// Contents of a file as read by VTK.
 fn vtk(python: &OsStr, file: &Path) -> Value {
     let script = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../tests/vtk/check_vtkhdf.py");
-    // Tests run side by side, and a process started while another test writes inherits its lock.
+    // Tests run in parallel, and a process started while another test writes inherits its lock.
     let mut command = Command::new(python);
     command.arg(script).arg(file).env("HDF5_USE_FILE_LOCKING", "FALSE");
     let out = command.output().expect("the interpreter runs");
@@ -34,7 +34,7 @@ fn vtk(python: &OsStr, file: &Path) -> Value {
     serde_json::from_str(&stdout).expect("the script prints JSON")
 }
 
-/// Compares an array as VTK saw it with the numbers that were written.
+/// Compares an array as read by VTK with the written numbers.
 fn assert_array(seen: &Value, components: usize, written: &[f64]) {
     let numbered = written.iter().enumerate().map(|(i, &v)| ((i + 1) as f64, v));
     let kept: Vec<(f64, f64)> = numbered.filter(|(_, v)| v.is_finite()).collect();
@@ -56,7 +56,7 @@ fn assert_array(seen: &Value, components: usize, written: &[f64]) {
     }
 }
 
-/// `n` separate unit cubes in a row, as the blocks of a model are.
+/// `n` separate unit cubes in a row, like the blocks of a model.
 fn cubes(n: u32) -> Grid {
     const SQUARE: [[f64; 2]; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let corner = |b: u32, i: usize| {
@@ -68,7 +68,7 @@ fn cubes(n: u32) -> Grid {
     Grid { points, cells: Cells::Hexahedra(cells) }
 }
 
-/// `n` squares between the cubes, as joints are.
+/// `n` squares between the cubes, like joints.
 fn squares(n: u32) -> Grid {
     let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let square = |j: u32| corners.map(|[y, z]| [1.05 + 1.1 * f64::from(j), y, z]);
@@ -121,7 +121,7 @@ fn create_blocks(path: &Path, grid: &Grid) -> Writer {
 
 fn assert_blocks(seen: &Value, steps: usize, grid: &Grid) {
     let times: Vec<f64> = (0..steps).map(|s| s as f64 * 0.125).collect();
-    // VTK takes a file with a single step for a still picture and tells no time.
+    // VTK reports no time for a file with a single step.
     let times = if steps == 1 { Vec::new() } else { times };
     assert_eq!(seen["times"], json!(times));
     let count = |n: usize| (0..n).map(|i| i as f64).collect::<Vec<_>>();
@@ -153,7 +153,7 @@ fn blocks() {
     }
 }
 
-/// More rows than one chunk, and no even split of them.
+/// More rows than one chunk, which cannot be split evenly.
 #[test]
 fn blocks_over_several_chunks() {
     let Some(python) = python() else { return };
@@ -172,7 +172,7 @@ fn blocks_after_resume() {
     let path = folder.path().join("blocks.vtkhdf");
     let grid = cubes(5);
     let mut writer = create_blocks(&path, &grid);
-    // The last two are ahead of the checkpoint: other numbers, to be forgotten.
+    // The last two steps are later than the checkpoint and must be removed.
     for step in [0, 1, 7, 8] {
         append_blocks(&mut writer, step, &grid);
     }
@@ -226,7 +226,7 @@ fn joints() {
     }
 }
 
-/// PointOwner whose number is another at each step, none at some.
+/// Points whose number differs at each step and is 0 at some.
 #[test]
 fn contacts() {
     let Some(python) = python() else { return };

@@ -1,4 +1,4 @@
-//! Warnings while a deck runs, on their way to observers and to the summary.
+//! Tests of warnings while a deck runs: they reach the observer and the summary.
 
 use ddem_io::run::{Event, Observer, Options, Outcome, run};
 
@@ -45,7 +45,7 @@ impl Observer for Listener {
     }
 }
 
-/// Warnings of a run, and those in its summary.
+/// Warnings of a run, and the codes of those in its summary.
 fn warnings(deck: &str) -> [Vec<String>; 2] {
     let (deck, source) = ddem_deck::parse(deck, "deck.toml").unwrap();
     source.check(&deck).unwrap();

@@ -1,4 +1,4 @@
-//! Numbers and NumPy arrays, in and out.
+//! Conversion between Rust numbers and NumPy arrays.
 
 use std::ops::Range;
 
@@ -8,10 +8,10 @@ use pyo3::prelude::*;
 
 use crate::errors::{model_error, refuse};
 
-/// Numbers of nodes in one call that are none of a slip, for a small model.
+/// Largest number of node numbers in one call for a small model; more are a mistake.
 const MOST: usize = 1_000_000;
 
-/// A new array of rows, which takes the numbers over without copying them.
+/// New array of rows, which takes over the numbers without copying them.
 pub(crate) fn rows<'py, T: numpy::Element, const N: usize>(
     py: Python<'py>,
     rows: Vec<[T; N]>,
@@ -20,7 +20,7 @@ pub(crate) fn rows<'py, T: numpy::Element, const N: usize>(
     Ok(PyArray1::from_vec(py, rows.into_flattened()).reshape([n, N])?.into_any())
 }
 
-/// A new array of numbers, in rows if they have several components.
+/// New array of numbers, in rows if they have several components.
 pub(crate) fn components<'py>(
     py: Python<'py>,
     values: Vec<f64>,
@@ -31,7 +31,7 @@ pub(crate) fn components<'py>(
     Ok(if components == 1 { flat.into_any() } else { flat.reshape([n, components])?.into_any() })
 }
 
-/// Any argument that NumPy takes for an array of real numbers.
+/// Array of an argument that NumPy accepts as real numbers.
 fn real<'py>(any: &Bound<'py, PyAny>, argument: &str) -> PyResult<Bound<'py, PyAny>> {
     let py = any.py();
     let refused = |message: &str| model_error(py, argument, message, None);
@@ -47,7 +47,7 @@ fn real<'py>(any: &Bound<'py, PyAny>, argument: &str) -> PyResult<Bound<'py, PyA
     Ok(array)
 }
 
-/// A whole number that is not negative.
+/// Whole number that is not negative.
 pub(crate) fn whole(any: &Bound<'_, PyAny>, argument: &str) -> PyResult<u64> {
     let number = any.call_method0("__index__").and_then(|number| number.extract::<u64>());
     number.map_err(|error| {
@@ -57,7 +57,7 @@ pub(crate) fn whole(any: &Bound<'_, PyAny>, argument: &str) -> PyResult<u64> {
     })
 }
 
-/// Finite numbers of exactly one of the shapes.
+/// Rows of three finite numbers, from an array of one of the shapes.
 pub(crate) fn vectors(
     any: &Bound<'_, PyAny>,
     argument: &str,
@@ -82,7 +82,7 @@ pub(crate) fn vectors(
     Ok(numbers.as_chunks::<3>().0.to_vec())
 }
 
-/// Numbers of nodes, or a mask of them.
+/// Node numbers, from an array of numbers or a mask.
 pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> PyResult<Vec<u32>> {
     let py = any.py();
     let refused = |message: String| model_error(py, argument, &message, None);
@@ -101,7 +101,7 @@ pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> P
             return Err(refused(message));
         }
         "i" | "u" => {}
-        // An empty list is one of floats.
+        // NumPy makes floats of an empty list.
         _ if shape == [0] => {}
         _ => return Err(refused("must be whole numbers of nodes, or a mask".to_owned())),
     }
@@ -119,14 +119,14 @@ pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> P
     }
 }
 
-/// The numbers with another type, contiguous in memory.
+/// Array with another number type, contiguous in memory.
 fn converted<'py>(array: &Bound<'py, PyAny>, kind: &str) -> PyResult<Bound<'py, PyAny>> {
     let py = array.py();
     let needs = ["C_CONTIGUOUS", "ALIGNED"];
     py.import("numpy")?.call_method1("require", (array, kind, needs))
 }
 
-/// Copies numbers into some rows of the array that was given for them.
+/// Copies numbers into some rows of the array `out`.
 pub(crate) fn fill(
     out: &Bound<'_, PyAny>,
     values: &[f64],
@@ -153,7 +153,7 @@ pub(crate) fn fill(
     Ok(())
 }
 
-/// A table of `n` rows from named columns, each with its NumPy type.
+/// Table of `n` rows from named columns, each with its NumPy type.
 pub(crate) fn structured<'py>(
     py: Python<'py>,
     n: usize,

@@ -17,7 +17,7 @@ pub(crate) struct Callbacks<'py> {
 }
 
 impl<'py> Callbacks<'py> {
-    /// The functions; `None` without any.
+    /// The functions; `None` if there are none.
     pub(crate) fn new(
         py: Python<'py>,
         [until, callback]: [Option<Bound<'py, PyAny>>; 2],

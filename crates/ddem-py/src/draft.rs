@@ -1,4 +1,4 @@
-//! The deck that a model writes. Nothing here calls Python, so that it may be locked.
+//! The deck of a Python model. No code here calls Python, so a draft may be locked.
 
 use std::collections::BTreeMap;
 
@@ -19,9 +19,10 @@ pub(crate) struct Draft {
 }
 
 impl Draft {
-    /// Of a deck that has been read.
+    /// Draft of a deck that has been read.
     pub(crate) fn of(deck: &Deck) -> Self {
-        // As a deck writes itself, so that equal materials are equal tables.
+        // The table has the form in which a deck is written, so that equal materials are equal
+        // tables.
         Self { root: Table::try_from(deck).unwrap_or_default(), ..Self::default() }
     }
 
@@ -30,20 +31,20 @@ impl Draft {
         ddem_deck::from_table(&self.root)
     }
 
-    /// Its materials and joints.
+    /// Tables of its materials and joints.
     pub(crate) fn matter(&self) -> Table {
         let sections = ["materials", "joints"].into_iter();
         sections.filter_map(|s| Some((s.to_owned(), self.root.get(s)?.clone()))).collect()
     }
 
-    /// Writes a section that has one table, where the script has said it.
+    /// Sets a section that has one table, with the script line that set it.
     pub(crate) fn set(&mut self, section: &str, table: Table, line: Option<String>) {
         self.root.insert(section.to_owned(), Value::Table(table));
         self.lines.extend(line.map(|line| (section.to_owned(), line)));
     }
 
-    /// Adds an entry to a section, the materials and joints that it names, where the script has made
-    /// it and its function; false if the section is no list.
+    /// Adds an entry to a section, with the materials and joints that it names, its script line and
+    /// its function. Returns false if the section is not a list.
     pub(crate) fn push(
         &mut self,
         section: &str,

@@ -19,7 +19,7 @@ use crate::simulation::PySimulation;
 use crate::values::{alone, no_matter, table};
 use crate::worker::{Pool, Watch, away, outcome, warn};
 
-/// Passes on what happens.
+/// Observer that passes events to the watch and the samples.
 pub(crate) struct PyObserver<'a> {
     pub(crate) watch: &'a Watch,
     pub(crate) samples: &'a mut Samples,
@@ -47,7 +47,7 @@ impl ddem_io::run::Observer for PyObserver<'_> {
 /// Change of a model after it was built from its deck.
 pub(crate) type Change = Box<dyn FnOnce(&mut ddem_core::Model) -> Result<(), Fault> + Send>;
 
-/// A simulation from what `make` makes, with Python functions as histories.
+/// Simulation from the session that `make` returns, with Python functions as histories.
 pub(crate) fn assembled(
     py: Python<'_>,
     pool: Pool,
@@ -84,7 +84,7 @@ pub(crate) fn driven(
         let outcome = ddem_io::run::run(deck, source, options, &mut observer);
         outcome.map(|outcome| (outcome, samples))
     })?;
-    // What was interrupted and saved says so.
+    // The message of an interrupted run names its checkpoint.
     let (ended, samples) = match (ended, &stopped) {
         (Ok((Outcome::Interrupted(checkpoint), _)), Some(error))
             if error.is_instance_of::<PyKeyboardInterrupt>(py) =>
@@ -100,12 +100,12 @@ pub(crate) fn driven(
     };
     match ended {
         Outcome::Done(session) => Ok(PySimulation::new(*session, samples, pool, Called::default())),
-        // It stops for nothing else than what was raised.
+        // A run is interrupted only after an exception was raised.
         Outcome::Interrupted(_) => Err(PyKeyboardInterrupt::new_err(())),
     }
 }
 
-/// Plain steps, until they are done or shall stop.
+/// Takes plain steps until all are done or the watch stops them.
 pub(crate) fn steps(
     simulation: &mut ddem_core::Simulation,
     n: u64,
@@ -142,7 +142,7 @@ pub(crate) fn steps(
     Ok(())
 }
 
-/// The progress bar of a call; none when it is to be quiet.
+/// Progress bar of a call; `None` if `quiet`.
 pub(crate) fn progress_bar(py: Python<'_>, quiet: bool) -> PyResult<Option<Py<PyAny>>> {
     if quiet {
         return Ok(None);
@@ -150,7 +150,7 @@ pub(crate) fn progress_bar(py: Python<'_>, quiet: bool) -> PyResult<Option<Py<Py
     Ok(Some(py.import("ddem._progress")?.call_method0("Bar")?.unbind()))
 }
 
-/// The stage that arguments describe.
+/// Stage that the arguments describe.
 pub(crate) fn read_stage(
     py: Python<'_>,
     kind: &str,

@@ -14,7 +14,7 @@ use pyo3::types::PyType;
 
 use crate::values::WHERE;
 
-/// One of the classes of `ddem._errors`, with its arguments.
+/// Exception of a class of `ddem._errors`, with its arguments.
 macro_rules! raise {
     ($py:expr, $class:literal, $arguments:expr) => {{
         static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
@@ -30,7 +30,7 @@ pub(crate) fn busy(py: Python<'_>, what: &str) -> PyErr {
     raise!(py, "Busy", (format!("{what} is busy: {by}"),))
 }
 
-/// A fault in the program itself.
+/// Exception for a fault in the program itself.
 pub(crate) fn internal(py: Python<'_>, panic: &(dyn std::any::Any + Send)) -> PyErr {
     let text = panic.downcast_ref::<&str>().copied();
     let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
@@ -38,20 +38,20 @@ pub(crate) fn internal(py: Python<'_>, panic: &(dyn std::any::Any + Send)) -> Py
     raise!(py, "Error", (message,))
 }
 
-/// One thing that is wrong with an argument or a key.
+/// Exception for one fault of an argument or a key.
 pub(crate) fn model_error(py: Python<'_>, place: &str, message: &str, help: Option<&str>) -> PyErr {
     let fault = Fault::new(ErrorCode::InvalidArgument, place, message);
     let fault = help.into_iter().fold(fault, Fault::help);
     faults(py, &[fault], &|_| None)
 }
 
-/// KeyboardInterrupt, SystemExit: what no `except Exception` catches.
+/// True for KeyboardInterrupt, SystemExit and others that `except Exception` does not catch.
 pub(crate) fn is_interruption(py: Python<'_>, error: &PyErr) -> bool {
     !error.is_instance_of::<PyException>(py)
 }
 
-/// Refuses an argument because of what converting it raised; an interruption or a lack of memory is
-/// none of its faults.
+/// Exception for an argument whose conversion raised `cause`. An interruption or a lack of memory
+/// is not a fault of the argument and is returned unchanged.
 pub(crate) fn refuse(py: Python<'_>, place: &str, message: &str, cause: PyErr) -> PyErr {
     if is_interruption(py, &cause) || cause.is_instance_of::<PyMemoryError>(py) {
         return cause;
@@ -87,7 +87,7 @@ pub(crate) fn faults(
     raise!(py, "ModelError", (lines.join("\n"), list))
 }
 
-/// A message in which the sections of a deck are methods of a model.
+/// Message in which the sections of a deck are replaced by methods of a model.
 pub(crate) fn in_python(text: &str) -> String {
     let mut text = text.to_owned();
     for section in SECTIONS {
@@ -103,7 +103,8 @@ pub(crate) fn in_python(text: &str) -> String {
     with_dictionaries(&text)
 }
 
-/// A text in which tables in braces, `{ key = value }`, are dictionaries, `{"key": value}`.
+/// Text in which tables in braces, `{ key = value }`, are replaced by dictionaries, `{"key":
+/// value}`.
 fn with_dictionaries(text: &str) -> String {
     let (mut out, mut depth) = (String::with_capacity(text.len()), 0_u32);
     let mut rest = text;
@@ -139,14 +140,14 @@ fn with_dictionaries(text: &str) -> String {
     out
 }
 
-/// Sections of a deck, and those that are there once.
+/// Sections of a deck; those in `ONE` occur only once.
 const SECTIONS: [&str; 14] = [
     "model", "contact", "lint", "blocks", "refine", "assign", "remove", "fix", "load", "charge",
     "boundary", "initial", "stage", "probe",
 ];
 const ONE: [&str; 3] = ["model", "contact", "lint"];
 
-/// A place in a deck, as Python's arguments are called.
+/// Place in a deck, with the names of Python's arguments.
 fn python_place(place: &str) -> String {
     let mut parts: Vec<&str> = place.split('.').collect();
     if parts.len() > 1 && parts[0] == "model" {
@@ -159,7 +160,7 @@ fn python_place(place: &str) -> String {
     parts.iter().map(part).collect::<Vec<_>>().join(".")
 }
 
-/// A step that went wrong. `stage` comes before the message.
+/// Exception for a failed step. `stage` comes before the message.
 pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr {
     let code = error.code();
     let message = format!("{stage}{error} [{code}]");
@@ -191,12 +192,12 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
         }
         _ => raise!(py, "Error", (message,)),
     };
-    // An exception always takes an attribute.
+    // Every exception accepts an attribute.
     let _ = raised.value(py).setattr("code", code.name());
     raised
 }
 
-/// Exception for faults of arguments, which a deck has at `prefix`.
+/// Exception for faults of arguments, whose places in a deck begin with `prefix`.
 pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> PyErr {
     for fault in &mut error.faults {
         let place = fault.place.strip_prefix(prefix).unwrap_or(&fault.place);
@@ -216,10 +217,12 @@ fn where_keys() -> String {
     WHERE.map(|key| format!("`{key}`")).join(", ")
 }
 
-/// Lists of keys, as Python has them: where without a table of its own, and a word of Python's.
+/// Advice with keys as Python has them: the keys of `where` are arguments, and `from` is a word of
+/// Python.
 fn python_keys(help: &str) -> String {
     let python = help.replace("`where`", &where_keys()).replace("`from`", "`from_`");
-    // Those of a stage are arguments of `relax` and `run`, which give it a name and a kind.
+    // The keys of a stage are arguments of `relax` and `run`, which set its name and kind
+    // themselves.
     python.replace("`name`, `kind`, `bracket`, `resolution`, `joints`, `limit`, ", "")
 }
 
@@ -244,7 +247,7 @@ pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
     }
 }
 
-/// A run that did not start, or did not reach its end.
+/// Exception for a run that did not start or did not reach its end.
 pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
     let message = format!("{failure} [{}]", failure.code());
     match failure {
@@ -292,8 +295,8 @@ pub(crate) fn output(error: &OutputError) -> PyErr {
     }
 }
 
-/// With the number of the system where there is one, as Python's own; else `message`, with the class
-/// that the kind has.
+/// Exception of Python for an error of the system: with the system's error number if there is one,
+/// otherwise with `message` and the class of the error's kind.
 pub(crate) fn os_error(source: &io::Error, path: &std::path::Path, message: &str) -> PyErr {
     match source.raw_os_error() {
         Some(number) => {

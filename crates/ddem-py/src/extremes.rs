@@ -28,11 +28,12 @@ impl PySimulation {
         self.field(py, "peak_compression", None, None)
     }
 
-    /// The fragments now, blocks that unbroken joints hold together, a structured array of shape
-    /// (n_fragments,) by decreasing volume, equal ones by their lowest block: `blocks` (how many),
-    /// `volume` (of the blocks at the start) [m³], `mass` (with half of that of the joints around each
-    /// block) [kg], `size` (edge of a cube of that volume) [m], `passing` (part of all mass in fragments
-    /// that are no larger), `centroid` (now) [m], `velocity` [m/s].
+    /// The present fragments, each a group of blocks that unbroken joints hold together, as a
+    /// structured array of shape (n_fragments,). It is sorted by decreasing volume, equal volumes
+    /// by the lowest block. Its fields are `blocks` (number), `volume` (of the blocks at the start)
+    /// [m³], `mass` (with half of that of the joints around each block) [kg], `size` (edge of a
+    /// cube of that volume) [m], `passing` (part of all mass in fragments that are no larger),
+    /// `centroid` (now) [m], `velocity` [m/s].
     #[getter]
     fn fragments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let fragments = self.looked(py, |inner| inner.session.simulation_mut().fragments())?;

@@ -12,12 +12,13 @@ use crate::arrays;
 use crate::errors::model_error;
 use crate::simulation::Inner;
 
-/// The fields that a simulation has.
+/// Fields that a simulation has.
 pub(crate) fn fields(session: &Session) -> Vec<&'static Field> {
     ddem_core::fields(model(session)).collect()
 }
 
-/// A field by its name, of those that there are; where nodes and pairs have one of the same name, that of the nodes.
+/// Field with a name, among the given ones. If nodes and pairs have a field of the same name, it is
+/// that of the nodes.
 pub(crate) fn field(py: Python<'_>, name: &str, fields: &[&Field]) -> PyResult<Field> {
     if name == FORCE.name {
         return Ok(FORCE);
@@ -46,7 +47,7 @@ fn kind(kind: FieldKind) -> &'static str {
     }
 }
 
-/// An argument that is none of the known names.
+/// Exception for an argument that is not among the known names.
 pub(crate) fn unknown(py: Python<'_>, argument: &str, name: &str, known: &[&str]) -> PyErr {
     let near = names::nearest(name, known.iter().copied());
     let near = near.map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
@@ -57,7 +58,7 @@ pub(crate) fn unknown(py: Python<'_>, argument: &str, name: &str, known: &[&str]
     model_error(py, argument, &format!("there is no `{name}`"), Some(&help))
 }
 
-/// The error of an attribute that an object does not have, with the nearest one.
+/// Exception for an attribute that an object does not have, with the nearest name.
 pub(crate) fn no_attribute(object: &Bound<'_, PyAny>, name: &str) -> PyErr {
     let found = || -> PyResult<String> {
         let class = object.get_type().name()?;
@@ -109,7 +110,7 @@ pub(crate) fn element_rigid(session: &Session) -> Vec<bool> {
     of_elements(model, |block| i64::from(model.is_rigid(block))).iter().map(|&n| n == 1).collect()
 }
 
-/// Values of the elements of each block.
+/// Values of all elements, from a value of each block.
 fn of_elements(model: &Model, value: impl Fn(usize) -> i64) -> Vec<i64> {
     let of = |block| std::iter::repeat_n(value(block), model.elements_of(block).len());
     (0..model.n_blocks()).flat_map(of).collect()
@@ -123,7 +124,7 @@ pub(crate) fn integers<'py>(py: Python<'py>, numbers: Vec<i64>) -> PyResult<Boun
     Ok(PyArray1::from_vec(py, numbers).into_any())
 }
 
-/// All pairs: points, nodes, joints, fields.
+/// All pairs: their points, normals, nodes, joints and fields.
 pub(crate) struct Pairs {
     points: Vec<[f64; 3]>,
     normals: Vec<[f64; 3]>,
@@ -177,7 +178,7 @@ pub(crate) fn contact_array<'py>(
     arrays::structured(py, contacts.len(), columns)
 }
 
-/// The fragments: how many blocks, and all else.
+/// Structured array of fragments.
 pub(crate) fn fragment_array<'py>(
     py: Python<'py>,
     fragments: &[Fragment],
@@ -201,7 +202,7 @@ pub(crate) fn fragment_array<'py>(
     arrays::structured(py, fragments.len(), columns)
 }
 
-/// The histories of the probes.
+/// Histories of the probes.
 pub(crate) fn probes<'py>(py: Python<'py>, inner: &Inner) -> PyResult<Bound<'py, PyAny>> {
     let all = PyDict::new(py);
     let mut first = 0;

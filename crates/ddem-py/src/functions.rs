@@ -29,7 +29,7 @@ impl Timed {
         }
     }
 
-    /// Its history's place in the deck.
+    /// Place of its history in the deck.
     fn place(self) -> String {
         match self {
             Self::Load(index) => format!("load[{index}].history"),
@@ -40,7 +40,7 @@ impl Timed {
     }
 }
 
-/// The functions of a model.
+/// Functions of a model.
 #[derive(Default)]
 pub(crate) struct Functions(BTreeMap<Timed, Py<PyAny>>);
 
@@ -53,20 +53,20 @@ impl Functions {
         Self(self.0.iter().map(|(timed, function)| (*timed, function.clone_ref(py))).collect())
     }
 
-    /// Their places in the deck.
+    /// Places of the functions in the deck.
     pub(crate) fn places(&self) -> impl Iterator<Item = String> + '_ {
         self.0.keys().map(|timed| timed.place())
     }
 
-    /// For the collector of garbage.
+    /// Visits the functions for the garbage collector.
     pub(crate) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
         self.0.values().try_for_each(|function| visit.call(function))
     }
 }
 
-/// The functions that a simulation calls, and what the last one raised, kept until the call that it
-/// ended is over. The simulation and the histories of its model look in here, so that the collector
-/// of garbage can find the functions and take them out.
+/// Functions that a simulation calls, and the exception that the last one raised. The exception is
+/// kept until the call that it ended is over. The simulation and the histories of its model share
+/// this, so that the garbage collector can find the functions and remove them.
 #[derive(Clone, Default)]
 pub(crate) struct Called {
     functions: Arc<Mutex<Functions>>,
@@ -86,7 +86,7 @@ impl Called {
         locked(&self.raised).take()
     }
 
-    /// Makes them the histories of a model.
+    /// Sets the functions as histories of a model.
     pub(crate) fn set_on(&self, model: &mut Model) -> Result<(), Fault> {
         let all: Vec<Timed> = locked(&self.functions).0.keys().copied().collect();
         for timed in all {
@@ -123,7 +123,7 @@ impl Called {
         })
     }
 
-    /// For the collector of garbage.
+    /// Visits the functions for the garbage collector.
     pub(crate) fn traverse(&self, visit: &PyVisit<'_>) -> Result<(), PyTraverseError> {
         match self.functions.try_lock() {
             Ok(functions) => functions.traverse(visit),
@@ -131,7 +131,7 @@ impl Called {
         }
     }
 
-    /// Takes the functions out.
+    /// Removes the functions.
     pub(crate) fn clear(&self) {
         let functions = self.functions.try_lock().map(|mut all| std::mem::take(&mut *all));
         drop(functions);

@@ -1,5 +1,5 @@
-//! The Python module `ddem`: a `Model` is a deck being written, a `Simulation` what the core moves.
-//! Nothing physical lives here.
+//! Python module `ddem`. A `Model` is a deck under construction, and a `Simulation` is moved by the
+//! core. This crate contains no physics.
 
 mod arrays;
 mod callbacks;
@@ -38,17 +38,17 @@ use model::PyModel;
 use simulation::PySimulation;
 use worker::Pool;
 
-/// Goes on from what :meth:`Simulation.save` has written, or from the `checkpoint.h5` of a run.
-/// Histories of probes begin anew.
+/// Continues from a file of :meth:`Simulation.save`, or from the `checkpoint.h5` of a run.
+/// Histories of probes start empty.
 ///
 /// Parameters
 /// ----------
 /// path : path
 ///     The file, or the folder of a run.
 /// model : Model, optional
-///     That of the simulation; needed where a history is a Python function, which no file holds.
+///     Model of the simulation; needed if a history is a Python function, which no file holds.
 /// threads : int, optional
-///     How many; one for each processor without it.
+///     Number of threads; default one for each processor.
 ///
 /// Returns
 /// -------
@@ -57,7 +57,7 @@ use worker::Pool;
 /// Raises
 /// ------
 /// OSError
-///     The file cannot be read, is no checkpoint, or one of another model.
+///     The file cannot be read, is not a checkpoint, or belongs to another model.
 #[pyfunction]
 #[pyo3(signature = (path, *, model=None, threads=None))]
 fn load(
@@ -66,7 +66,7 @@ fn load(
     model: Option<&Bound<'_, PyModel>>,
     threads: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PySimulation> {
-    // A folder of results has one.
+    // A folder of results has a checkpoint.
     let path = if path.is_dir() { path.join("checkpoint.h5") } else { path };
     let parts = model.map(|model| model.get().parts_with_files(py)).transpose()?;
     let (deck, functions) = parts.map_or((None, Functions::default()), |(d, f)| (Some(d), f));
@@ -81,17 +81,18 @@ fn load(
 /// Parameters
 /// ----------
 /// deck : path, dict or Model
-///     A TOML file, what :attr:`Model.deck` gives, or a model with stages.
+///     A TOML file, a dictionary like :attr:`Model.deck`, or a model with stages.
 /// out : path, optional
-///     Folder of the results; without it `results/` and the name of the deck.
+///     Folder of the results; default `results/` and the name of the deck.
 /// threads : int, optional
-///     How many; one for each processor without it. Results do not depend on it.
+///     Number of threads; default one for each processor. Results do not depend on it.
 /// resume : bool, optional
-///     Go on from the checkpoint in `out`. The probes of the simulation begin there;
+///     Continue from the checkpoint in `out`. The probes of the simulation begin there;
 ///     :class:`Results` has all of them.
 /// overwrite : bool, optional
-///     Remove earlier results in `out`: of the same file, of a model with the same title, or of the same
-///     model without one. Otherwise they are moved to a folder beside it, ``NAME.1``, ``NAME.2``, ...
+///     Remove earlier results in `out` that belong to the same file, to a model with the same
+///     title, or to the same model without a title. Otherwise they are moved to a folder beside it,
+///     ``NAME.1``, ``NAME.2``, ...
 /// quiet : bool, optional
 ///     No progress bar.
 ///
@@ -105,13 +106,14 @@ fn load(
 /// ModelError
 ///     The deck is wrong; nothing was written.
 /// NotConverged, Collapsed, Diverged
-///     A stage failed; what was written so far is intact. A stage with ``on_failure="continue"`` that
-///     fails raises nothing, nor does a dynamic stage without `until_rest`, whatever its verdict.
+///     A stage failed; the files written so far are intact. A stage with ``on_failure="continue"``
+///     that fails raises nothing. A dynamic stage without `until_rest` raises nothing, either, with
+///     any verdict.
 /// OSError
-///     A file cannot be read or written; the folder has results of another deck, which `overwrite`
-///     and `resume` leave as they are.
+///     A file cannot be read or written, or the folder has results of another deck, which
+///     `overwrite` and `resume` do not change.
 /// KeyboardInterrupt
-///     A checkpoint was written first; ``resume=True`` goes on.
+///     A checkpoint was written first; ``resume=True`` continues the run.
 #[pyfunction]
 #[pyo3(signature = (deck, *, out=None, threads=None, resume=false, overwrite=false, quiet=false))]
 fn run_deck(
@@ -152,7 +154,7 @@ fn run_deck(
             (ddem_deck::read(&path), path.file_stem().unwrap_or_default().to_owned())
         }
     };
-    // What a script has written is shown where it did.
+    // Faults of a model are shown at the script lines that made its entries.
     let located = |error: &DeckError| match &model {
         Some(model) if !error.findings().is_empty() => {
             let faults = error.findings().iter().map(|finding| finding.fault.clone()).collect();
@@ -166,7 +168,7 @@ fn run_deck(
     drive::driven(py, (&deck, &source), (&options, pool), &located, quiet)
 }
 
-/// The path that was probably meant by one at which nothing is.
+/// The path that was probably meant by a path that does not exist.
 #[pyfunction]
 fn _near(path: PathBuf) -> Option<PathBuf> {
     ddem_deck::near(&path, |_| true)

@@ -1,4 +1,4 @@
-//! Materials and joints as objects of their own.
+//! Materials and joints as Python objects.
 
 use std::sync::OnceLock;
 
@@ -20,8 +20,8 @@ use crate::values::{Matter, no_matter, table, to_python};
 /// Raises
 /// ------
 /// ModelError
-///     A key that does not exist, or is missing, or a value of the wrong type. Whether the values
-///     make sense is said by :meth:`Model.build`.
+///     A key does not exist or is missing, or a value has the wrong type. :meth:`Model.build`
+///     checks the values themselves.
 ///
 /// Examples
 /// --------
@@ -37,8 +37,8 @@ pub(crate) struct PyMaterial {
 
 /// A joint: a layer of real thickness between blocks, or a pair of stiffnesses.
 ///
-/// With none of `cohesion`, `friction`, `tension`, `jrc` and `jcs` it never fails; with any given
-/// it can, and those left out of the first three are 0.
+/// With none of `cohesion`, `friction`, `tension`, `jrc` and `jcs` the joint never fails. With any
+/// of them it can fail, and missing ones of the first three are 0.
 ///
 #[doc = include_str!("keys/Joint.txt")]
 /// name : str, optional
@@ -47,7 +47,7 @@ pub(crate) struct PyMaterial {
 /// Raises
 /// ------
 /// ModelError
-///     A key that does not exist or a value of the wrong type.
+///     A key does not exist, or a value has the wrong type.
 ///
 /// Examples
 /// --------
@@ -62,8 +62,8 @@ pub(crate) struct PyJoint {
     material: Option<Py<PyMaterial>>,
 }
 
-/// Reads the table of one material or joint alone; what comes back has every number as the deck
-/// has it.
+/// Reads the table of one material or joint alone. Every number of the result has the form that it
+/// has in the deck.
 fn read(py: Python<'_>, section: &str, keys: Table) -> PyResult<Table> {
     let named = Table::from_iter([("it".to_owned(), Value::Table(keys))]);
     let root = Table::from_iter([(section.to_owned(), Value::Table(named))]);
@@ -80,13 +80,13 @@ fn read(py: Python<'_>, section: &str, keys: Table) -> PyResult<Table> {
     }
 }
 
-/// The schema of decks: it has all keys.
+/// Schema of decks, which has all keys.
 fn schema() -> &'static serde_json::Value {
     static SCHEMA: OnceLock<serde_json::Value> = OnceLock::new();
     SCHEMA.get_or_init(ddem_deck::json_schema)
 }
 
-/// The value of a key; `None` for one that was not given.
+/// Value of a key; `None` for a key that was not given.
 fn key<'py>(
     py: Python<'py>,
     (class, definition): (&str, &str),
@@ -106,13 +106,13 @@ fn key<'py>(
     Err(PyAttributeError::new_err(format!("'{class}' object has no attribute '{key}'{near}")))
 }
 
-/// Of the keys and the name: equal numbers may be written differently.
+/// Hash of the keys and the name, without the values, as equal numbers may be written differently.
 fn hash(py: Python<'_>, keys: &Table, name: Option<&str>) -> PyResult<isize> {
     let keys: Vec<&str> = keys.keys().map(String::as_str).chain(name).collect();
     PyString::new(py, &keys.join(" ")).hash()
 }
 
-/// Attributes, for completion: those of the class and all keys.
+/// Names of attributes for completion: those of the class and all keys.
 fn attributes(class: &Bound<'_, PyAny>, definition: &str) -> PyResult<Vec<String>> {
     let mut names: Vec<String> = class.dir()?.extract()?;
     let keys = schema()["$defs"][definition]["properties"].as_object();
@@ -154,7 +154,7 @@ impl PyMaterial {
         Ok(Self { keys: read(py, "materials", keys)?, name })
     }
 
-    /// Name in decks and results, if it was given one.
+    /// Name in decks and results, if one was given.
     #[getter]
     pub(crate) fn name(&self) -> Option<&str> {
         self.name.as_deref()
@@ -201,7 +201,7 @@ impl PyJoint {
         let (mut keys, _) = table("joints", keys, &mut |matter| match matter {
             Matter::Material(found) => {
                 material = Some((*found).clone().unbind());
-                // The model will know its name.
+                // The model will give it its name.
                 Ok(String::new())
             }
             Matter::Joint(_) => no_matter(matter),
@@ -216,7 +216,7 @@ impl PyJoint {
         Ok(Self { keys, name, material })
     }
 
-    /// Name in decks and results, if it was given one.
+    /// Name in decks and results, if one was given.
     #[getter]
     pub(crate) fn name(&self) -> Option<&str> {
         self.name.as_deref()
@@ -256,7 +256,7 @@ impl PyJoint {
 }
 
 impl PyJoint {
-    /// The table of the deck, but for the name of the material, which comes besides.
+    /// Table of the joint in the deck without the name of the material, and the material.
     pub(crate) fn keys(&self) -> (&Table, Option<&Py<PyMaterial>>) {
         (&self.keys, self.material.as_ref())
     }

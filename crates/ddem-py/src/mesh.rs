@@ -1,4 +1,4 @@
-//! The mesh: its arrays, and as one for PyVista.
+//! Mesh of a simulation: its arrays, and a PyVista grid.
 
 use ddem_core::FieldLocation;
 use numpy::PyArray1;
@@ -9,8 +9,8 @@ use crate::{arrays, fields};
 
 #[pymethods]
 impl PySimulation {
-    /// The present state as a PyVista grid, for its filters and pictures: a copy. Its fields have the
-    /// names of the result files.
+    /// The present state as a PyVista grid for filters and pictures; it is a copy.
+    /// Its fields have the names of the result files.
     ///
     /// Parameters
     /// ----------
@@ -20,9 +20,10 @@ impl PySimulation {
     /// Returns
     /// -------
     /// pyvista.UnstructuredGrid
-    ///     At the reference positions, contacts where they are now;
-    ///     ``mesh.warp_by_vector("displacement")`` has moved. Removed blocks are left out: `node` and
-    ///     `element`, or `pair` and `quad`, are the rows of the simulation's own arrays.
+    ///     The grid is at the reference positions, contacts are at their present positions;
+    ///     ``mesh.warp_by_vector("displacement")`` gives the moved grid. Removed blocks are left
+    ///     out: `node` and `element`, or `pair` and `quad`, are the rows of the simulation's own
+    ///     arrays.
     ///
     /// Raises
     /// ------

@@ -1,4 +1,4 @@
-//! A model is a deck being written.
+//! Python model: a deck under construction.
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -63,12 +63,12 @@ impl PyModel {
         Self::of(py, &root)
     }
 
-    /// Checks everything and builds what can be moved. Warnings are Python's.
+    /// Checks everything and builds a simulation. Warnings are Python warnings.
     ///
     /// Parameters
     /// ----------
     /// threads : int, optional
-    ///     How many; one for each processor without it. Results do not depend on it.
+    ///     Number of threads; default one for each processor. Results do not depend on it.
     ///
     /// Returns
     /// -------
@@ -79,10 +79,9 @@ impl PyModel {
     /// Raises
     /// ------
     /// ModelError
-    ///     Everything that is wrong with the model, each fault with the line of the script that
-    ///     wrote it.
+    ///     All faults of the model, each with the line of the script that made the entry.
     /// MemoryError
-    ///     The model does not fit.
+    ///     The model does not fit in memory.
     #[pyo3(signature = (*, threads=None))]
     fn build(&self, py: Python<'_>, threads: Option<&Bound<'_, PyAny>>) -> PyResult<PySimulation> {
         let pool = Pool::new(threads)?;
@@ -97,7 +96,7 @@ impl PyModel {
     /// Parameters
     /// ----------
     /// deck : path or dict
-    ///     A TOML file, or what :attr:`deck` gives.
+    ///     A TOML file, or a dictionary like :attr:`deck`.
     ///
     /// Returns
     /// -------
@@ -131,7 +130,7 @@ impl PyModel {
     /// Parameters
     /// ----------
     /// path : path, optional
-    ///     Where to; nothing is written without it.
+    ///     File to write; by default nothing is written.
     ///
     /// Returns
     /// -------
@@ -188,7 +187,7 @@ impl PyModel {
         drop(functions);
     }
 
-    /// For `copy` and `pickle`.
+    /// Support of `copy` and `pickle`.
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
@@ -199,19 +198,19 @@ impl PyModel {
 }
 
 impl PyModel {
-    /// A model of a deck that has not been read yet.
+    /// Model from the table of a deck that has not been read yet.
     fn of(py: Python<'_>, root: &Table) -> PyResult<Self> {
         let deck = ddem_deck::from_table(root).map_err(|error| errors::model(py, &error))?;
         Ok(Self { draft: Mutex::new(Draft::of(&deck)) })
     }
 
-    /// Not to be held where Python is called: another thread may come back here.
+    /// Locked draft. Python must not be called while it is held, since another thread may lock it.
     fn draft(&self) -> MutexGuard<'_, Draft> {
-        // Nothing can go wrong half way through a change of it.
+        // A change of the draft cannot fail halfway, so a poisoned lock does no harm.
         self.draft.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Text of the deck, if a deck can hold the model, and the name by which its results are known.
+    /// Text of the deck, if a deck can hold the model, and the name of its results.
     pub(crate) fn text(&self, py: Python<'_>) -> PyResult<(String, String)> {
         let deck = self.whole(py)?;
         let text = ddem_deck::write(&deck).map_err(|error| errors::deck(py, &error))?;
@@ -231,7 +230,7 @@ impl PyModel {
         Ok(self.parts(py)?.0)
     }
 
-    /// The deck, and the functions beside it.
+    /// The deck, and its Python functions.
     pub(crate) fn parts(&self, py: Python<'_>) -> PyResult<(Deck, Functions)> {
         let (deck, functions) = {
             let draft = self.draft();
@@ -240,7 +239,7 @@ impl PyModel {
         Ok((deck.map_err(|error| errors::model(py, &error))?, functions))
     }
 
-    /// Parts of the deck, with the contents of the files that it names.
+    /// The deck with the contents of the files that it names, and its Python functions.
     pub(crate) fn parts_with_files(&self, py: Python<'_>) -> PyResult<(Deck, Functions)> {
         let (deck, functions) = self.parts(py)?;
         Ok((with_files(deck).map_err(|error| self.located(py, &error))?, functions))
@@ -251,7 +250,7 @@ impl PyModel {
         errors::faults(py, &error.faults, &|place| self.draft().line(place))
     }
 
-    /// Writes a section of the deck that has one table, without materials or joints.
+    /// Sets a section of the deck that has one table, without materials or joints.
     pub(crate) fn set(
         &self,
         py: Python<'_>,
@@ -274,7 +273,7 @@ impl PyModel {
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<()> {
         for _ in 0..MOST_TRIES {
-            // What the entry names, besides what the model has.
+            // Materials and joints of the model, to which those of the entry are added.
             let before = self.draft().matter();
             let mut matter = before.clone();
             let mut name = |found: &Matter<'_>| named(py, &mut matter, found);
@@ -285,7 +284,8 @@ impl PyModel {
             alone(py, section, entry.clone())?;
             let (line, function) = (line(py), function.map(Bound::unbind));
             let mut draft = self.draft();
-            // Converting calls Python, which may have been here: names may be others' now.
+            // The conversion calls Python, which may have changed the model: names may be taken
+            // now.
             if draft.matter() == before {
                 let pushed = draft.push(section, entry, matter, (line, function));
                 drop(draft);
@@ -297,10 +297,10 @@ impl PyModel {
     }
 }
 
-/// Tries to add an entry while others add materials.
+/// Largest number of tries to add an entry while other threads add materials.
 const MOST_TRIES: usize = 100;
 
-/// The name of a material or a joint in a model, which gets it if it has none equal to it.
+/// Name of a material or a joint in a model; it is added if the model has no equal one.
 fn named(py: Python<'_>, root: &mut Table, matter: &Matter<'_>) -> PyResult<String> {
     let (section, kind, table, name) = match matter {
         Matter::Material(found) => {

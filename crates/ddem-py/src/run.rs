@@ -1,4 +1,4 @@
-//! `relax` and `run`: stages through the driver that decks have, with callbacks on the way.
+//! `relax` and `run`: stages by the driver of decks, with callbacks.
 
 use std::path::PathBuf;
 use std::sync::{MutexGuard, TryLockError};
@@ -17,7 +17,7 @@ use crate::errors::{self, model_error};
 use crate::simulation::{Inner, PySimulation};
 use crate::worker::{outcome, parted, warn};
 
-/// Time to wait for another thread that callbacks at the simulation.
+/// Waiting time while another thread uses the simulation.
 const WAIT: Duration = Duration::from_millis(1);
 /// Arguments of `relax`.
 const RELAX: [&str; 7] =
@@ -38,7 +38,7 @@ const RUN: [&str; 13] = [
     "name",
     "quiet",
 ];
-/// Keys that are arguments of neither, and what is said of them is of their own.
+/// Keys that are arguments of neither method; they have messages of their own.
 const OTHERS: [&str; 6] = ["kind", "bracket", "resolution", "joints", "limit", "history"];
 
 #[pymethods]
@@ -48,21 +48,21 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// tolerance : float, optional
-    ///     Unbalanced force ratio at which it is done; 1e-5 without it.
+    ///     Unbalanced force ratio at which the stage ends; default 1e-5.
     /// max_steps : int, optional
-    ///     After which it fails; 200 000 without it.
+    ///     Number of steps after which the stage fails; default 200 000.
     /// increments : int, optional
-    ///     Equal parts in which loads reach their value; without it 1, and 10 where supports are driven
-    ///     by a `displacement`.
+    ///     Number of equal parts in which loads reach their value; default 1, or 10 if supports are
+    ///     driven by a `displacement`.
     /// on_failure : {"stop", "continue"}, optional
-    ///     Whether a stage that fails or stays undecided raises, or ends like any other; "stop" without
-    ///     it.
+    ///     "stop" raises an exception if the stage fails or stays undecided; "continue" ends it
+    ///     like any other. Default "stop".
     /// record : path, optional
-    ///     Folder of the results, with the files that a deck gives. What one simulation writes to
-    ///     one folder is one run; earlier ones are moved to ``NAME.1``, ``NAME.2``, ...
+    ///     Folder of the results, with the files that a deck gives. All that one simulation writes
+    ///     to one folder is one run; earlier results are moved to ``NAME.1``, ``NAME.2``, ...
     /// name : str, optional
-    ///     Of the stage. That of a stage of the model brings its supports and loads into force,
-    ///     unless they are.
+    ///     Name of the stage. The name of a stage of the model brings its supports and loads into
+    ///     force, unless they are in force.
     /// quiet : bool, optional
     ///     No progress bar.
     ///
@@ -74,16 +74,17 @@ impl PySimulation {
     /// Raises
     /// ------
     /// NotConverged
-    ///     With `ratio`, what was reached; :class:`Collapsed` when blocks part without end.
+    ///     No equilibrium was reached; `ratio` is the last ratio. :class:`Collapsed` if blocks move
+    ///     apart without end.
     /// Diverged
     ///     Forces are no longer finite.
     /// ModelError
     ///     An argument is wrong.
     /// OSError
-    ///     A file cannot be written; FileExistsError where another simulation has recorded in the
+    ///     A file cannot be written; FileExistsError if another simulation has recorded in the
     ///     folder since this one did.
     /// KeyboardInterrupt
-    ///     The state is consistent, and another call goes on from it.
+    ///     The state is consistent, and another call continues from it.
     #[pyo3(signature = (*, record=None, name=None, quiet=false, **keys))]
     fn relax(
         slf: &Bound<'_, Self>,
@@ -103,38 +104,40 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// duration : float
-    ///     Simulated time [s]; with `until_rest` at most.
+    ///     Simulated time [s]; with `until_rest` the longest.
     /// until_rest : bool, optional
-    ///     Whether it ends as soon as blocks are at rest, or fail: move on against each other without
-    ///     slowing down. Blocks that slide to rest do not fail.
+    ///     If true, the run ends as soon as blocks are at rest or fail: they fail if they keep
+    ///     moving against each other without slowing down. Blocks that slide to rest do not fail.
     /// on_failure : {"stop", "continue"}, optional
-    ///     Whether a run with `until_rest` that ends because blocks fail raises, or ends like any
-    ///     other; "stop" without it. A run that lasts for its `duration` never raises for what
-    ///     blocks do: `summary["stages"][-1]["verdict"]` says it.
+    ///     "stop" raises an exception if a run with `until_rest` ends because blocks fail;
+    ///     "continue" ends it like any other. Default "stop". A run that lasts for its `duration`
+    ///     never raises an exception because of its blocks: `summary["stages"][-1]["verdict"]` has
+    ///     the verdict.
     /// damping : float, dict or "none", optional
-    ///     The damping ratio ζ (0.05 is 5 % of critical damping), or as in a deck
-    ///     ``{"mass": alpha}``, ``{"stiffness": beta}``, ``{"local": 0.8}``; none without it.
+    ///     The damping ratio ζ (0.05 is 5 % of critical damping), or as in a deck ``{"mass":
+    ///     alpha}``, ``{"stiffness": beta}``, ``{"local": 0.8}``; default none.
     /// time_step : float, optional
-    ///     [s]; without it a part of the critical one that fills the duration.
+    ///     Time step [s]; default a part of the critical one that fills the duration.
     /// record : path, optional
-    ///     Folder of the results, with the files that a deck gives. What one simulation writes to
-    ///     one folder is one run; earlier ones are moved to ``NAME.1``, ``NAME.2``, ...
+    ///     Folder of the results, with the files that a deck gives. All that one simulation writes
+    ///     to one folder is one run; earlier results are moved to ``NAME.1``, ``NAME.2``, ...
     /// fields_every : float, optional
-    ///     Time between frames [s]; or
+    ///     Time between frames [s], instead of `frames`.
     /// frames : int, optional
-    ///     Frames in all; 20 without either.
+    ///     Number of frames; default 20.
     /// name : str, optional
-    ///     Of the stage. That of a stage of the model brings its supports and loads into force,
-    ///     unless they are.
+    ///     Name of the stage. The name of a stage of the model brings its supports and loads into
+    ///     force, unless they are in force.
     /// until : callable, optional
-    ///     Gets the simulation every so often; the run ends there when it returns true, as it would at
-    ///     the end of its duration.
+    ///     Function that receives the simulation at each interval `every`. If it returns true, the
+    ///     run ends as at the end of its duration.
     /// callback : callable, optional
-    ///     Gets the simulation as often, before `until` does, and at the end of the run.
+    ///     Function that receives the simulation as often, before `until`, and at the end of the
+    ///     run.
     /// every : float, optional
-    ///     Simulated time between two calls of these [s], rounded to whole steps; a hundredth of the
-    ///     duration without it. They may look at everything, apply forces and save; what moves the
-    ///     simulation is refused with :class:`Busy`. Looking changes no bit.
+    ///     Simulated time between two calls of these functions [s], rounded to whole steps; default
+    ///     a hundredth of the duration. The functions may read everything, apply forces and save.
+    ///     Calls that move the simulation are refused with :class:`Busy`. Reading changes no bit.
     /// quiet : bool, optional
     ///     No progress bar.
     ///
@@ -150,19 +153,19 @@ impl PySimulation {
     /// Diverged
     ///     Forces are no longer finite.
     /// ModelError
-    ///     An argument is wrong, or the time step above the critical one.
+    ///     An argument is wrong, or the time step exceeds the critical one.
     /// OSError
-    ///     A file cannot be written; FileExistsError where another simulation has recorded in the
+    ///     A file cannot be written; FileExistsError if another simulation has recorded in the
     ///     folder since this one did.
     /// KeyboardInterrupt
-    ///     The state is consistent, and another call goes on from it. So it is with all that `until`
-    ///     and `callback` raise.
+    ///     The state is consistent, and another call continues from it. The same holds for every
+    ///     exception that `until` or `callback` raises.
     ///
     /// Warns
     /// -----
     /// UserWarning
-    ///     Without `name`, once for each stage of the model for which supports, loads, charges or
-    ///     boundaries wait.
+    ///     Without `name`, if supports, loads, charges or boundaries wait for stages of the model;
+    ///     once for each stage.
     #[pyo3(signature = (
         duration, *, until=None, every=None, callback=None, record=None, name=None, quiet=false, **keys
     ))]
@@ -190,7 +193,7 @@ impl PySimulation {
 }
 
 impl PySimulation {
-    /// Says once of each stage of the model that supports or loads wait for it.
+    /// Warns once for each stage of the model for which supports or loads wait.
     fn warn_of_waiting(&self, py: Python<'_>) -> PyResult<()> {
         let mut inner = self.idle(py)?;
         let Inner { session, awaited, .. } = &mut **inner;
@@ -211,7 +214,7 @@ impl PySimulation {
         if reported { warn(py, &warning.to_string()) } else { Ok(()) }
     }
 
-    /// The simulation again, when no other thread callbacks at it any more; callbacks are short.
+    /// Locks the simulation again, once no other thread uses it; such uses are short.
     fn again(&self, py: Python<'_>) -> MutexGuard<'_, Box<Inner>> {
         loop {
             match self.try_lock() {
@@ -233,7 +236,7 @@ pub(crate) fn waiting(session: &Session) -> Vec<String> {
     later(session, &from.flatten().collect::<Vec<_>>())
 }
 
-/// Names, of those given, of stages that are still to come.
+/// Names of stages that have not begun, among the given names.
 pub(crate) fn later(session: &Session, names: &[&String]) -> Vec<String> {
     let stages = &session.site().deck().stage;
     let stages = stages.iter().skip(session.simulation().stage() + 1).map(|stage| &stage.name);
@@ -241,7 +244,7 @@ pub(crate) fn later(session: &Session, names: &[&String]) -> Vec<String> {
 }
 
 /// Refuses the first keyword that is neither an argument of the method nor one that `other` stages
-/// have, which a message of its own tells apart.
+/// have. Keywords of other stages get a message of their own.
 fn known(
     py: Python<'_>,
     keys: Option<&Bound<'_, PyDict>>,
@@ -261,7 +264,7 @@ fn known(
     Ok(())
 }
 
-/// A stage, and what becomes of it.
+/// A stage to run, with its folder and its callbacks.
 struct StageCall<'py> {
     stage: Stage,
     record: Option<PathBuf>,
@@ -269,7 +272,7 @@ struct StageCall<'py> {
 }
 
 impl<'py> StageCall<'py> {
-    /// Moves the simulation; gives the steps taken.
+    /// Moves the simulation and returns the number of steps.
     fn go(&self, simulation: &Bound<'py, PySimulation>, quiet: bool) -> PyResult<u64> {
         let py = simulation.py();
         if self.record.as_ref().is_some_and(|folder| folder.as_os_str().is_empty()) {
@@ -300,7 +303,7 @@ impl<'py> StageCall<'py> {
         Ok(steps)
     }
 
-    /// From callback to callback: to the end, or until `until` ends it.
+    /// Advances from callback to callback, to the end or until `until` ends the stage.
     fn advance(
         &self,
         simulation: &Bound<'py, PySimulation>,
@@ -343,7 +346,7 @@ impl<'py> StageCall<'py> {
     }
 }
 
-/// Part of a run, away from the interpreter.
+/// Does a part of a run without holding the interpreter.
 fn part<T: Send>(
     py: Python<'_>,
     simulation: &PySimulation,

@@ -10,12 +10,12 @@ use crate::run::{later, waiting};
 use crate::simulation::PySimulation;
 use crate::worker::{away, outcome};
 
-/// Factor, bracket, trials, and set and number of the blocks that move in the failing one.
+/// Factor, bracket, trials, and set and number of the moving blocks in the failing trial.
 type Found = (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(String, usize)>);
 
 #[pymethods]
 impl PySimulation {
-    /// Names of later stages with which the model changes.
+    /// Names of later stages at which the model changes.
     fn _waiting(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let inner = self.idle(py)?;
         let session = &inner.session;

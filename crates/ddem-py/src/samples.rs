@@ -1,7 +1,7 @@
-//! Samples of probes: the numbers that were due, and no others.
+//! Samples of probes, which hold only the numbers that were due.
 
-/// Samples of all probes since the start, column by column: memory grows with the numbers that were due, 12 bytes each and 16 for each row,
-/// and not with the probes that were not.
+/// Samples of all probes since the start, column by column. Memory grows with the numbers that were
+/// due: 12 bytes for each number and 16 for each row. Probes that were not due need none.
 #[derive(Default)]
 pub(crate) struct Samples {
     /// Step and time of each row `[s]`.
@@ -17,9 +17,9 @@ struct SampleColumn {
 }
 
 impl Samples {
-    /// Takes in a row with one number for each column, none where the probe was not due.
+    /// Adds a row with one number for each column; `None` if the probe was not due.
     pub(crate) fn push(&mut self, step: u64, time: f64, values: &[Option<f64>]) {
-        // No memory has so many rows.
+        // Memory cannot hold so many rows.
         let Ok(row) = u32::try_from(self.rows.len()) else { return };
         if values.len() > self.columns.len() {
             self.columns.resize_with(values.len(), SampleColumn::default);

@@ -1,4 +1,4 @@
-//! The methods of a model that write entries of its deck, one for each section.
+//! Methods of a model that write entries of its deck, one for each section.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -46,7 +46,7 @@ impl PyModel {
         self.set(py, "lint", keys)
     }
 
-    /// Assigns another joint or material to a part of the model; later calls win.
+    /// Assigns another joint or material to a part of the model; later calls take precedence.
     ///
     #[doc = include_str!("keys/Assign.txt")]
     ///
@@ -72,8 +72,8 @@ impl PyModel {
         self.add(py, "remove", None, keys)
     }
 
-    /// Splits blocks along each edge. Later calls may split the parts again. Joints between split and other
-    /// blocks are springs between faces that do not match.
+    /// Splits blocks along each edge. Later calls may split the parts again. Joints between split
+    /// and other blocks are nonconforming and consist of springs.
     ///
     #[doc = include_str!("keys/Refine.txt")]
     ///
@@ -90,8 +90,8 @@ impl PyModel {
     ///
     #[doc = include_str!("keys/Fix.txt")]
     ///
-    /// A function as `history` receives the time [s] since the entry came into force (a charge: since it detonated). It is
-    /// called at every step, and must depend on the time only.
+    /// A function as `history` receives the time [s] since the entry came into force (a charge:
+    /// since it detonated). It is called at every step, and must depend on the time only.
     ///
     /// Raises
     /// ------
@@ -111,8 +111,8 @@ impl PyModel {
     ///
     #[doc = include_str!("keys/Load.txt")]
     ///
-    /// A function as `history` receives the time [s] since the entry came into force (a charge: since it detonated). It is
-    /// called at every step, and must depend on the time only.
+    /// A function as `history` receives the time [s] since the entry came into force (a charge:
+    /// since it detonated). It is called at every step, and must depend on the time only.
     ///
     /// Raises
     /// ------
@@ -127,8 +127,8 @@ impl PyModel {
     ///
     #[doc = include_str!("keys/Charge.txt")]
     ///
-    /// A function as `history` receives the time [s] since the entry came into force (a charge: since it detonated). It is
-    /// called at every step, and must depend on the time only.
+    /// A function as `history` receives the time [s] since the entry came into force (a charge:
+    /// since it detonated). It is called at every step, and must depend on the time only.
     ///
     /// Raises
     /// ------
@@ -145,8 +145,8 @@ impl PyModel {
     ///
     #[doc = include_str!("keys/Boundary.txt")]
     ///
-    /// A function as `history` receives the time [s] since the entry came into force (a charge: since it detonated). It is
-    /// called at every step, and must depend on the time only.
+    /// A function as `history` receives the time [s] since the entry came into force (a charge:
+    /// since it detonated). It is called at every step, and must depend on the time only.
     ///
     /// Raises
     /// ------

@@ -1,4 +1,4 @@
-//! A model in motion.
+//! Simulation for Python.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -18,14 +18,14 @@ use crate::functions::Called;
 use crate::samples::Samples;
 use crate::worker::{Pool, away, outcome};
 
-/// A model in motion: its state, and what is done to it.
+/// A model in motion: its state, and the calls that change it.
 ///
-/// Made by :meth:`Model.build`, :func:`load` and :func:`run_deck`. Arrays are copies, as the state
-/// is now; changing them changes nothing. While a call runs other Python threads go on, but using
-/// the simulation from one of them raises :class:`Busy`.
+/// Made by :meth:`Model.build`, :func:`load` and :func:`run_deck`. Arrays are copies of the present
+/// state; changing them does not change the simulation. Other Python threads continue while a call
+/// runs, but using the simulation from one of them raises :class:`Busy`.
 #[pyclass(name = "Simulation", frozen, module = "ddem")]
 pub(crate) struct PySimulation {
-    /// In memory of its own: that of Python's objects is not aligned for vectors.
+    /// Boxed, because the memory of Python objects is not aligned for vectors.
     inner: Mutex<Box<Inner>>,
     pub(crate) pool: Pool,
     pub(crate) called: Called,
@@ -34,26 +34,28 @@ pub(crate) struct PySimulation {
 // Python's memory is aligned to 16 bytes.
 const _: () = assert!(align_of::<PySimulation>() <= 16);
 
-/// Simulation and its lock-free data.
+/// Data of a simulation, which its lock protects.
 pub(crate) struct Inner {
     pub(crate) session: Session,
     pub(crate) samples: Samples,
-    /// True while a run is under way and looks at it.
+    /// True during a run, also while its functions read the simulation.
     pub(crate) running: bool,
-    /// Stages of which it was said that loads or supports wait for them.
+    /// Stages for which it was reported that loads or supports wait.
     pub(crate) awaited: BTreeSet<String>,
 }
 
 #[pymethods]
 impl PySimulation {
-    /// Plain steps of time, for coupling and control loops. Their damping and length are those of
-    /// :meth:`start`, or of the last :meth:`run`; without either they are undamped, of 0.9 of the
-    /// critical step, and after :meth:`relax` their length is chosen anew. Probes record nothing.
+    /// Takes plain time steps, for coupling and control loops. Probes record nothing.
+    ///
+    /// The damping and length of the steps are those of :meth:`start`, or of the last :meth:`run`.
+    /// Without either they are undamped, with 0.9 of the critical step. After :meth:`relax` their
+    /// length is chosen again.
     ///
     /// Parameters
     /// ----------
     /// n : int, optional
-    ///     How many.
+    ///     Number of steps.
     /// quiet : bool, optional
     ///     No progress bar.
     ///
@@ -62,9 +64,9 @@ impl PySimulation {
     /// Diverged
     ///     Forces are no longer finite.
     /// ValueError
-    ///     `n` is no whole number, or negative.
+    ///     `n` is not a whole number, or is negative.
     /// KeyboardInterrupt
-    ///     Fewer steps were taken, see :attr:`steps`; another call goes on.
+    ///     Fewer steps were taken, see :attr:`steps`; another call continues.
     #[pyo3(signature = (n=None, *, quiet=false), text_signature = "($self, n=1, *, quiet=False)")]
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>, quiet: bool) -> PyResult<()> {
         let n = n.map_or(Ok(1), |n| arrays::whole(n, "n"))?;
@@ -83,15 +85,15 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// damping : float, dict or "none", optional
-    ///     As in :meth:`run`; none without it.
+    ///     As in :meth:`run`; default none.
     /// time_step : float, optional
-    ///     [s]; 0.9 of the critical one without it; 0.8 of that with failed joints once any have, or from
-    ///     the start where blocks already move.
+    ///     Time step [s]; default 0.9 of the critical one. Once joints have failed, or from the
+    ///     start if blocks already move, it is 0.8 of the critical one with failed joints.
     ///
     /// Raises
     /// ------
     /// ModelError
-    ///     An argument is wrong, or the time step above the critical one.
+    ///     An argument is wrong, or the time step exceeds the critical one.
     #[pyo3(signature = (**keys))]
     fn start(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
         for key in keys.into_iter().flat_map(|keys| keys.keys()) {
@@ -102,7 +104,7 @@ impl PySimulation {
         }
         drop(self.idle(py)?);
         let mut stage = read_stage(py, "dynamic", None, keys)?;
-        // Only to be checked: there is none.
+        // Only the check needs a duration; there is none.
         stage.duration = Some(1.0);
         let faults = stage.check();
         if !faults.is_empty() {
@@ -114,17 +116,17 @@ impl PySimulation {
         })
     }
 
-    /// Begins a stage of the model: the supports and loads with `from_` and `until` follow, and what is
-    /// removed by then goes. Nothing moves.
+    /// Begins a stage of the model. Supports and loads follow their `from_` and `until`, and blocks
+    /// that are removed by then disappear. Nothing moves.
     ///
-    /// Joints and materials become those of the stage, and a `release` that has begun goes on until a relax
-    /// stage. Stages are entered forwards only: a state that was saved before goes back.
-    /// The time step stays, unless it was chosen and is too long for what is left.
+    /// Joints and materials become those of the stage. A `release` that has begun continues until a
+    /// relax stage. Stages are entered forwards only; to go back, :func:`load` a saved state. The
+    /// time step stays, unless it is automatic and too long for the remaining blocks.
     ///
     /// Parameters
     /// ----------
     /// stage : str
-    ///     Its name.
+    ///     Name of the stage.
     ///
     /// Raises
     /// ------
@@ -144,22 +146,22 @@ impl PySimulation {
     }
 
     /// Applies forces to nodes from now on, besides the loads of the model: for coupling with
-    /// another program, at every step if need be.
+    /// another program, at every step if necessary.
     ///
-    /// The force on a node replaces what an earlier call applied to it; those of one call on the
-    /// same node add up. A force of 0 takes it away.
+    /// The force on a node replaces the one that an earlier call applied to it; forces of one call
+    /// on the same node add up. A force of 0 removes it.
     ///
     /// Parameters
     /// ----------
     /// nodes : int, array of int or mask, shape (n,)
     ///     Numbers of nodes.
     /// force : array, shape (3,) or (n, 3)
-    ///     On each of them [N].
+    ///     Force on each node [N].
     ///
     /// Raises
     /// ------
     /// ValueError
-    ///     A node that does not exist, a wrong shape, a number that is not finite.
+    ///     A node does not exist, a shape is wrong, or a number is not finite.
     fn apply_force(
         &self,
         py: Python<'_>,
@@ -178,12 +180,12 @@ impl PySimulation {
         })
     }
 
-    /// Writes everything that is needed to go on, bit for bit; :func:`load` reads it.
+    /// Writes everything that is needed to continue bit for bit; :func:`load` reads it.
     ///
     /// Parameters
     /// ----------
     /// path : path
-    ///     The file (HDF5). What is there is replaced when the new one is complete.
+    ///     File to write (HDF5). An existing file is replaced once the new one is complete.
     ///
     /// Raises
     /// ------
@@ -209,7 +211,7 @@ impl PySimulation {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        // Debuggers and logs ask for it at any time.
+        // Debuggers and logs may call this at any time.
         let Ok(inner) = self.lock(py) else { return Ok("<Simulation, busy>".to_owned()) };
         let simulation = inner.session.simulation();
         let model = simulation.model();
@@ -242,13 +244,13 @@ impl PySimulation {
     pub(crate) fn lock(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Box<Inner>>> {
         match self.try_lock() {
             Ok(inner) => Ok(inner),
-            // A fault in the program was told when it happened.
+            // The fault in the program was reported when it happened.
             Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
             Err(TryLockError::WouldBlock) => Err(errors::busy(py, "the simulation")),
         }
     }
 
-    /// The simulation to be moved, which what a run calls must not do.
+    /// Lock for moving the simulation, which functions called by a run must not do.
     pub(crate) fn idle(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Box<Inner>>> {
         let inner = self.lock(py)?;
         if inner.running {

@@ -13,15 +13,15 @@ use crate::errors::{arguments, is_interruption, model_error, refuse};
 use crate::functions::Timed;
 use crate::matter::{PyJoint, PyMaterial};
 
-/// Most entries of one argument: more is a mistake, or a sequence without end.
+/// Largest number of entries of one argument: more are a mistake, or an endless sequence.
 const MOST: usize = 5_000_000;
-/// Entries after which Ctrl-C is looked for.
+/// Number of entries between two checks for Ctrl-C.
 const LOOK: usize = 1 << 16;
 
-/// Levels of lists and dictionaries in which a deck can be written; a list may contain itself.
+/// Largest depth of lists and dictionaries in a deck; a list may contain itself.
 const DEEPEST: usize = 12;
 
-/// Puts a material or a joint among those of a model, and says its name there.
+/// Function that adds a material or a joint to a model and returns its name there.
 pub(crate) type Name<'a> = dyn FnMut(&Matter<'_>) -> PyResult<String> + 'a;
 
 /// A material or a joint as an object.
@@ -30,9 +30,9 @@ pub(crate) enum Matter<'a> {
     Joint(&'a Bound<'a, PyJoint>),
 }
 
-/// A value of a deck.
+/// Value of a deck from a Python value.
 ///
-/// NumPy's numbers and arrays are taken for what they hold; materials and joints for their names.
+/// NumPy numbers and arrays become numbers and lists; materials and joints become their names.
 pub(crate) fn value(any: &Bound<'_, PyAny>, place: &str, name: &mut Name<'_>) -> PyResult<Value> {
     at_depth(any, place, name, (0, &mut 0))
 }
@@ -60,7 +60,7 @@ fn at_depth(
     if let Some(path) = plain(any, "__fspath__", place)? {
         return at_depth(&path, place, name, (depth + 1, entries));
     }
-    // NumPy's arrays, as Python's own lists; its odd numbers give themselves.
+    // NumPy arrays become Python lists. Some NumPy numbers return themselves.
     if let Some(list) = plain(any, "tolist", place)?
         && !list.get_type().is(any.get_type())
     {
@@ -79,7 +79,7 @@ fn at_depth(
     refused(format!("expected a number, text, a list or a dictionary, found `{found}`"))
 }
 
-/// Value of a number, a text, a material or a joint of Python's own types; `None`: of another type.
+/// Value of a number, a text, a material or a joint of Python's own types; `None` for other types.
 fn scalar(any: &Bound<'_, PyAny>, place: &str, name: &mut Name<'_>) -> PyResult<Option<Value>> {
     let refused = |message: String| Err(model_error(any.py(), place, &message, None));
     let key = place.split(['.', '[']).next();
@@ -138,7 +138,7 @@ fn of_mapping(
     Ok(Value::Table(table))
 }
 
-/// Its length may be anything, and need not be true.
+/// List from a sequence. Its length is not used, since it may be wrong.
 fn of_sequence(
     list: &Bound<'_, PySequence>,
     place: &str,
@@ -170,7 +170,7 @@ fn plain<'py>(
     let Some(method) = any.getattr_opt(method)? else { return Ok(None) };
     match method.call0() {
         Ok(plain) => Ok(Some(plain)),
-        // As an array says that it is no number.
+        // An array raises this error if it is not a single number.
         Err(error) if error.is_instance_of::<PyTypeError>(py) => Ok(None),
         Err(error) => Err(refuse(py, place, "cannot be read", error)),
     }
@@ -194,8 +194,8 @@ pub(crate) const WHERE: [&str; 14] = [
     "set",
 ];
 
-/// Keyword arguments as the table of a deck, and the history if it is a function. What is `None`
-/// is left out.
+/// Keyword arguments as the table of a deck, and the history if it is a function. Keywords with the
+/// value `None` are left out.
 pub(crate) fn table<'py>(
     section: &str,
     keys: Option<&Bound<'py, PyDict>>,
@@ -231,20 +231,20 @@ pub(crate) fn table<'py>(
                     put(&mut region, &key, value)?;
                 }
             }
-            // A word of Python's own.
+            // `from` is a keyword of Python.
             ("from_", value) => put(&mut table, "from", value)?,
             (_, value) => put(&mut table, &key, value)?,
         }
     }
     if !region.is_empty() {
-        // What is no table is refused where it is read.
+        // A value that is not a table is refused when it is read.
         table.entry("where").or_insert(Value::Table(region));
     }
     Ok((table, function))
 }
 
-/// The error of a value that cannot be read, or that its key does not exist: the type of a value matters
-/// only to a key.
+/// Error for a value that cannot be read. If the key does not exist, the error is about the key,
+/// for any type of the value.
 fn unknown(section: &str, given: &Bound<'_, PyAny>, key: &str, error: PyErr) -> PyErr {
     let py = given.py();
     let part_of_where = has_where(section) && (WHERE.contains(&key) || key == "where");
@@ -267,7 +267,7 @@ fn unknown(section: &str, given: &Bound<'_, PyAny>, key: &str, error: PyErr) -> 
     if faults.is_empty() { error } else { arguments(py, ModelError { faults }, &place) }
 }
 
-/// Expands a shorthand: the ratio of damping of a stage, the rows of a table.
+/// Expands a shorthand: the damping ratio of a stage, or the rows of a table.
 fn shorthand((section, key): (&str, &str), value: Value) -> Value {
     let only = |key: &str, value| Value::Table(Table::from_iter([(key.to_owned(), value)]));
     match (section, key, value) {
@@ -281,30 +281,30 @@ fn has_where(section: &str) -> bool {
     !matches!(section, "blocks" | "stage" | "materials" | "joints" | "contact" | "lint")
 }
 
-/// Reads one entry of a section alone, so that what is wrong is wrong in it.
+/// Reads one entry of a section alone, so that all faults belong to it.
 pub(crate) fn alone(py: Python<'_>, section: &str, entry: Table) -> PyResult<Deck> {
     let entries = Value::Array(vec![Value::Table(entry)]);
     read(py, section, entries, &format!("{section}[0]"))
 }
 
-/// Reads a section that is one table alone.
+/// Reads a section that consists of one table alone.
 pub(crate) fn table_alone(py: Python<'_>, section: &str, table: Table) -> PyResult<Deck> {
     read(py, section, Value::Table(table), section)
 }
 
-/// A deck with what is in the files that it names; paths are relative to the folder of the program.
+/// Deck with the contents of the files that it names; paths are relative to the working directory.
 pub(crate) fn with_files(mut deck: Deck) -> Result<Deck, ModelError> {
     ddem_deck::read_files(&mut deck, Path::new("")).map(|()| deck)
 }
 
-/// Arguments are said without the place that they have in the deck.
+/// Reads a section alone. Errors name arguments without their place in the deck.
 fn read(py: Python<'_>, section: &str, value: Value, place: &str) -> PyResult<Deck> {
     ddem_deck::from_table(&Table::from_iter([(section.to_owned(), value)]))
         .and_then(with_files)
         .map_err(|error| arguments(py, error, place))
 }
 
-/// Error where no material or joint is allowed.
+/// Error for a material or joint where none is allowed.
 pub(crate) fn no_matter(matter: &Matter<'_>) -> PyResult<String> {
     let py = match matter {
         Matter::Material(material) => material.py(),

@@ -14,7 +14,7 @@ use crate::values::{alone, no_matter, table, to_python};
 use crate::worker::{away, outcome};
 use crate::{arrays, errors, fields};
 
-/// Values of a field that are found at once for an array which was given for them.
+/// Number of rows of a field that are computed at once for a given array.
 const PIECE: usize = 65_536;
 
 #[pymethods]
@@ -25,11 +25,11 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// name : str
-    ///     Of the field.
+    ///     Name of the field.
     /// nodes : array of int or mask, optional
     ///     Only these nodes, of a field at nodes.
     /// out : array of float64, optional
-    ///     Takes the numbers, for loops that make no new array.
+    ///     Array for the numbers, for loops that make no new array.
     ///
     /// Returns
     /// -------
@@ -39,7 +39,7 @@ impl PySimulation {
     /// Raises
     /// ------
     /// ValueError
-    ///     No such field; a wrong node; a wrong `out`.
+    ///     There is no such field, or `nodes` or `out` is wrong.
     #[pyo3(signature = (name, *, nodes=None, out=None))]
     pub(crate) fn field<'py>(
         &self,
@@ -80,7 +80,7 @@ impl PySimulation {
             fill(0..n, &mut numbers)?;
             return arrays::components(py, numbers, components);
         };
-        // Piece by piece: there is no second array as large.
+        // Pieces avoid a second array of the same size.
         let shape = if components == 1 { vec![n] } else { vec![n, components] };
         for first in (0..n.max(1)).step_by(PIECE) {
             let rows = first..n.min(first + PIECE);
@@ -90,8 +90,8 @@ impl PySimulation {
         Ok(out.clone())
     }
 
-    /// Displacements [m], shape (n_nodes, 3). May be set: an initial state, in which nothing has
-    /// failed that has not failed before. Blocks that have been removed stay where they were.
+    /// Displacements [m], shape (n_nodes, 3). They may be set, as an initial state in which nothing
+    /// has failed that has not failed before. Removed blocks stay where they were.
     #[getter]
     fn displacement<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "displacement", None, None)
@@ -107,8 +107,8 @@ impl PySimulation {
         })
     }
 
-    /// Velocities at the present time [m/s], with the forces that act now, shape (n_nodes, 3). May
-    /// be set; blocks that have been removed stay at rest.
+    /// Velocities at the present time [m/s], with the forces that act now, shape (n_nodes, 3). They
+    /// may be set; removed blocks stay at rest.
     #[getter]
     fn velocity<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.field(py, "velocity", None, None)
@@ -140,24 +140,24 @@ impl PySimulation {
 
     /// The pairs of facing nodes, a structured array of shape (n_pairs,): `point` (between the
     /// nodes of the pair, reference position) [m], `normal` (at the start, from the first node's
-    /// block to the other's), `nodes`, `joint` (its number, in sorted order of
-    /// the names) and the fields of joints: `displacement` [m], `traction` [Pa], `slip` [m],
-    /// `opening` [m], `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`,
-    /// `released` (a contact has taken the place of the joint), `failure_time` [s] (NaN while
-    /// bonded), `damage`.
+    /// block to the other's), `nodes`, `joint` (its number, in sorted order of the names) and the
+    /// fields of joints: `displacement` [m], `traction` [Pa], `slip` [m], `opening` [m], `state` (0
+    /// bonded, 1 failed in shear, 2 failed in tension), `open`, `released` (a contact has replaced
+    /// the joint), `failure_time` [s] (NaN while bonded), `damage`.
     #[getter]
     fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let pairs = self.looked(py, |inner| fields::pairs(&mut inner.session))?;
         fields::pair_array(py, pairs)
     }
 
-    /// The contacts between blocks that press now, a structured array of shape (n_contacts,), one
-    /// row for each two points: `point` (where the force acts) [m], `force` (on the first of the two
-    /// blocks, the other gets its opposite) [N], `traction` (force by area; along the normal it is
-    /// negative, pressure) [Pa], `normal` (from the first block to the second), `area` [m²], `gap`
-    /// (distance of the faces, negative where they overlap) [m], `slip` (way that they have slid over
-    /// each other since they met, or since the contact took the place of their joint) [m], `sliding` (friction
-    /// bears all that it can), `blocks` (their numbers). Empty where no blocks meet.
+    /// The contacts between blocks that press on each other now, a structured array of shape
+    /// (n_contacts,) with one row for each pair of points: `point` (where the force acts) [m],
+    /// `force` (on the first of the two blocks, the other gets its opposite) [N], `traction` (force
+    /// by area; along the normal it is negative, pressure) [Pa], `normal` (from the first block to
+    /// the second), `area` [m²], `gap` (distance of the faces, negative where they overlap) [m],
+    /// `slip` (sliding distance since they met, or since the contact replaced their joint) [m],
+    /// `sliding` (friction is at its limit), `blocks` (their numbers). It is empty if no blocks are
+    /// in contact.
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let contacts = self.looked(py, |inner| inner.session.simulation_mut().contacts())?;
@@ -203,13 +203,13 @@ impl PySimulation {
     /// Returns
     /// -------
     /// array of int
-    ///     Empty if there is none.
+    ///     Node numbers; empty if there are none.
     ///
     /// Raises
     /// ------
     /// ModelError
-    ///     A key that does not exist or a value of the wrong type; a topography that does not cover what is
-    ///     selected.
+    ///     A key does not exist, a value has the wrong type, or a topography does not cover the
+    ///     selection.
     #[pyo3(signature = (**keys))]
     fn nodes<'py>(
         &self,
@@ -231,7 +231,7 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// at : (float, float, float)
-    ///     [m].
+    ///     Position [m].
     ///
     /// Returns
     /// -------
@@ -247,12 +247,12 @@ impl PySimulation {
     /// Parameters
     /// ----------
     /// nodes : array of int or mask
-    ///     Their numbers.
+    ///     Node numbers.
     ///
     /// Returns
     /// -------
     /// array of float64, shape (3,)
-    ///     [N].
+    ///     Force [N].
     ///
     /// Raises
     /// ------
@@ -268,8 +268,9 @@ impl PySimulation {
         arrays::components(py, sum.to_vec(), 1)
     }
 
-    /// Records of the probes so far: for each a structured array with `time` [s], `step` and the components:
-    /// `x`, `y`, `z`; `xx`, `yy`, `zz`, `xy`, `yz`, `zx`; of a single number the name of the quantity.
+    /// Records of the probes so far: for each a structured array with `time` [s], `step` and the
+    /// components: `x`, `y`, `z`; `xx`, `yy`, `zz`, `xy`, `yz`, `zx`; for a single number the name
+    /// of the quantity.
     #[getter]
     fn probes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let inner = self.lock(py)?;
@@ -342,9 +343,9 @@ impl PySimulation {
         Ok(self.lock(py)?.session.simulation().unbalanced())
     }
 
-    /// Energies of the whole model [J], by name, with their balance: the columns of ``energy.csv``. During a run
-    /// `kinetic` is ½ v⁻·m v⁺ of the half steps before and after, which may be negative where blocks vibrate; at the
-    /// end of one velocities are those of the present time.
+    /// Energies of the whole model [J], by name, with their balance: the columns of ``energy.csv``.
+    /// During a run `kinetic` is ½ v⁻·m v⁺ of the half steps before and after; it may be negative
+    /// if blocks vibrate. At the end of a run velocities are those of the present time.
     #[getter]
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let energy = self.looked(py, |inner| inner.session.simulation_mut().energy())?;
@@ -377,7 +378,7 @@ impl PySimulation {
     }
 }
 
-/// The region that arguments describe.
+/// Region that the arguments describe.
 fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Where> {
     let (mut entry, _) = table("remove", keys, &mut no_matter)?;
     let mut region = match entry.remove("where") {
@@ -385,7 +386,7 @@ fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Wher
         Some(other) => Table::from_iter([("where".to_owned(), other)]),
         None => Table::new(),
     };
-    // Other keys of the section are none here.
+    // Other keys of the section become unknown keys of the region.
     region.extend(entry);
     let deck = alone(py, "remove", Table::from_iter([("where".to_owned(), Value::Table(region))]))?;
     Ok(deck.remove.into_iter().next().unwrap_or_default().region)

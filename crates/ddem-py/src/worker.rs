@@ -1,7 +1,7 @@
-//! Long work: away from the interpreter, on threads of its own, while Python goes on.
+//! Long work on other threads, without holding the interpreter, while Python continues.
 //!
-//! The core is entered from here alone. The thread that called waits without holding the
-//! interpreter, and looks now and then for Ctrl-C and for progress.
+//! Only this module calls the core. The calling thread waits without holding the interpreter and
+//! checks regularly for Ctrl-C and progress.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,10 +18,10 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::arrays::whole;
 use crate::errors::{internal, is_interruption, model_error};
 
-/// Between two looks for Ctrl-C and for progress.
+/// Time between two checks for Ctrl-C and progress.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Most threads that may be asked for.
+/// Largest number of threads that a call may request.
 const MOST_THREADS: usize = 1024;
 
 /// State of work on another thread, as seen from Python.
@@ -37,7 +37,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Watch {
-    /// True if the work is to stop.
+    /// True if the work must stop.
     pub(crate) fn stops(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }
@@ -54,7 +54,7 @@ impl Watch {
         locked(&self.warnings).push(warning);
     }
 
-    /// Tells Python what has come up.
+    /// Passes new warnings and the progress to Python.
     fn tell(&self, py: Python<'_>, bar: Option<&Py<PyAny>>) -> PyResult<()> {
         let warnings = std::mem::take(&mut *locked(&self.warnings));
         warnings.iter().try_for_each(|warning| warn(py, warning))?;
@@ -74,11 +74,11 @@ pub(crate) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 
-/// The threads of one simulation. Simulations do not share them: one that waits would take over the
+/// Threads of one simulation. Simulations do not share them, because a waiting one would take over
 /// work of another.
 pub(crate) struct Pool {
     threads: usize,
-    /// With the process that they were made in.
+    /// Threads, with the process in which they were made.
     made: Mutex<Option<(u32, Arc<ThreadPool>)>>,
 }
 
@@ -95,7 +95,7 @@ impl Pool {
         }
     }
 
-    /// 0 stands for one for each processor.
+    /// Pool with a number of threads; 0 means one for each processor.
     pub(crate) fn of(threads: usize) -> Self {
         Self { threads, made: Mutex::new(None) }
     }
@@ -127,8 +127,8 @@ impl Drop for Pool {
     }
 }
 
-/// The threads of a process that this one was forked from are not here: nothing would answer if
-/// they were told to end.
+/// Leaks the threads of a process from which this one was forked. They do not exist here, so
+/// nothing would answer a request to end.
 fn forget(pool: Option<(u32, Arc<ThreadPool>)>) {
     std::mem::forget(pool);
 }
@@ -136,9 +136,9 @@ fn forget(pool: Option<(u32, Arc<ThreadPool>)>) {
 /// Result of the work or its panic, and the exception that Ctrl-C or the progress bar raised meanwhile.
 type Ending<T> = (Result<T, Box<dyn Any + Send>>, Option<PyErr>);
 
-/// Does work on the threads of a pool, and closes the progress bar.
+/// Runs work on the threads of a pool, and closes the progress bar.
 ///
-/// Returns what the work gave, and the exception for which it was told to stop.
+/// Returns the result of the work, and the exception that made it stop.
 pub(crate) fn away<T: Send>(
     py: Python<'_>,
     pool: &Pool,
@@ -151,7 +151,7 @@ pub(crate) fn away<T: Send>(
     Ok((done, first(py, raised, closed.err())))
 }
 
-/// First exception; nothing precedes an interruption.
+/// First exception; an interruption takes precedence.
 fn first(py: Python<'_>, raised: Option<PyErr>, later: Option<PyErr>) -> Option<PyErr> {
     match (raised, later) {
         (Some(first), Some(later))
@@ -164,7 +164,7 @@ fn first(py: Python<'_>, raised: Option<PyErr>, later: Option<PyErr>) -> Option<
     }
 }
 
-/// A part of work whose progress bar stays, as [`away`].
+/// Runs a part of work like [`away`], without closing the progress bar.
 pub(crate) fn parted<T: Send>(
     py: Python<'_>,
     pool: &Pool,
@@ -203,7 +203,7 @@ pub(crate) fn parted<T: Send>(
             }
         })
     });
-    // Ctrl-C that came as the work ended is not left to whatever comes next.
+    // A Ctrl-C at the end of the work is handled here and not by later code.
     let signal = py.check_signals();
     let told = watch.tell(py, bar);
     raised = first(py, raised, signal.err());

@@ -1,4 +1,4 @@
-//! Options, help, decks that are refused: nothing runs.
+//! Tests of options, help, refused decks and `info`.
 
 use std::fs;
 use std::process::Stdio;
@@ -182,7 +182,7 @@ fn info_prints_what_came_out_of_a_run() {
         energy         strain 113.8 J, damping 113.7 J, external work 227.4 J; off by [little]
         ");
     });
-    // The run ends with the same.
+    // The run ends with the same text.
     let state = told.stdout.split_once("\n\n").and_then(|(_, rest)| rest.split_once("\n\n"));
     let (_, state) = state.expect("the state at the end");
     assert!(went.stderr.contains(state), "{}", went.stderr);
@@ -205,8 +205,8 @@ fn info_says_why_there_is_nothing_to_print() {
     assert_eq!(said("info column.toml"), file);
 }
 
-/// The deck in README.md is `examples/block.toml`, and what it shows of its run is what the run prints, but for
-/// wall times.
+/// Checks that the deck in README.md is `examples/block.toml`, and that the run prints the output
+/// shown there, except for wall-clock times.
 #[test]
 fn the_first_deck_of_the_readme_prints_what_is_shown() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

@@ -1,8 +1,8 @@
-//! Rigid blocks and contacts on the command line: what is refused, what is warned of, and going on.
+//! Tests of rigid blocks and contacts on the command line: errors, warnings and resumed runs.
 
 use super::harness::*;
 
-/// A rigid block on another, each a set of its own.
+/// Two rigid blocks, one on the other, each in its own set.
 const PAIR: &str = "
 [materials.rock]
 density = 2400
@@ -105,7 +105,8 @@ fn what_is_doubted_of_contacts_and_rigid_blocks_is_said() {
     assert!(!went.stderr.contains("warning"), "{}", went.stderr);
 }
 
-/// A block that is thrown too fast stops the run, which names it and keeps its results.
+/// A block that moves too fast stops the run. The error names the block, and the results so far
+/// remain.
 #[test]
 fn blocks_that_are_too_fast_stop_the_run() {
     let desk = Desk::new();
@@ -143,7 +144,7 @@ fn undamped(text: &str) -> String {
     text.replacen("[model]", "[contact]\ndamping = 0\n[model]", 1)
 }
 
-/// Deformable blocks that slide are to have some damping; rigid ones need none.
+/// Sliding deformable blocks need some damping; rigid blocks need none.
 #[test]
 fn undamped_blocks_that_slide_are_warned_of() {
     let doubt = "[undamped-sliding]";
@@ -157,7 +158,8 @@ fn undamped_blocks_that_slide_are_warned_of() {
     }
 }
 
-/// What an explosive throws rubs with a third of its energy, but does not slide steadily.
+/// Friction dissipates about a third of the energy of blocks thrown by an explosive, but they do
+/// not slide steadily.
 #[test]
 fn a_blast_is_not_warned_of_as_sliding() {
     let desk = Desk::new();

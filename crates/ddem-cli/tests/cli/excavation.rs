@@ -1,8 +1,8 @@
-//! Stress at the start and blocks that are taken out, as a user sees them.
+//! Tests of initial stress and removed blocks on the command line.
 
 use super::harness::*;
 
-/// A column of four blocks under a stress; the upper two are taken out.
+/// Column of four blocks under an initial stress; the upper two are removed.
 const COLUMN: &str = "
 title = 'dug'
 [materials.rock]
@@ -95,11 +95,11 @@ fn mistakes_are_shown_and_nothing_runs() {
     }
 }
 
-/// Probes look at what is there: a mean over what is left, no number where nothing is, and that is said
-/// before anything runs.
+/// Probes exclude removed blocks from their mean. A probe without any block left has no value,
+/// which a warning reports before the run.
 #[test]
 fn probes_leave_out_what_is_taken_out() {
-    // A block above the hole bears itself on the sides.
+    // The nodes from z = 1 upwards are held along z.
     let deck =
         COLUMN.replace("where = { z = 4.0 }\naxes = 'z'", "where = { z = [1.0, 4.0] }\naxes = 'z'");
     let probe = |name: &str, place: &str, quantity: &str| {
@@ -138,7 +138,7 @@ fn probes_leave_out_what_is_taken_out() {
     for name in ["gone.zz", "gone.xy", "top.x", "top.z"] {
         assert_eq!(last[at(name)], "NaN", "{name}");
     }
-    // All nodes are held: what is left is as it was, and so is the mean over it.
+    // The supports keep the remaining blocks in place, so their stress and its mean do not change.
     for name in ["stays.zz", "all.zz"] {
         assert!((number(last, name) / -8e6 - 1.0).abs() < 1e-9, "{name}: {last:?}");
     }

@@ -2,7 +2,8 @@
 
 use super::harness::*;
 
-/// 27 blocks of 1 m on weak joints of springs. The lowest layer is held, the others are pulled off it.
+/// 27 blocks of 1 m with spring joints; the joints at z = 1 are weak. The lowest layer is held, and
+/// the layers above are pulled off it.
 const CUBE: &str = "
 [materials.rock]
 density = 2400
@@ -49,7 +50,7 @@ frames = 4
 
 type Row = Vec<String>;
 
-/// The header, and the rows behind it.
+/// Header and rows of a table.
 fn table(desk: &Desk, name: &str) -> (Row, Vec<Row>) {
     let text = String::from_utf8(desk.read(name)).unwrap();
     let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Row>());
@@ -83,7 +84,8 @@ fn the_two_parts_of_a_cube_are_told_at_the_end_of_each_stage() {
     close("mass", [27.0, 18.0, 9.0].map(|volume| 2400.0 * volume));
     close("size", [3.0, 18.0_f64.cbrt(), 9.0_f64.cbrt()]);
     close("passing", [1.0, 1.0, 1.0 / 3.0]);
-    // Pulled at 1 m/s for 20 ms, of which the first is a ramp; what is left below hardly moves.
+    // The top is pulled at 1 m/s for 20 ms, with a ramp in the first millisecond. The lower
+    // fragment hardly moves.
     let [_, above, below] = numbers("centroid.z")[..] else { panic!("three rows") };
     assert!((above - 2.0 - 0.0195).abs() < 1e-3 && (below - 0.5).abs() < 1e-4, "{above} {below}");
     let summary = String::from_utf8(desk.read("a/summary.json")).unwrap();

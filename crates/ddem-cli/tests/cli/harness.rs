@@ -1,4 +1,4 @@
-//! Decks, folders and running the command.
+//! Helpers of the tests: decks, folders and running the command.
 
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
-/// A column of three blocks; what follows is its stages.
+/// Deck of a column of three blocks; its stages are appended.
 pub(crate) const COLUMN: &str = "
 title = 'column'
 [model]
@@ -55,7 +55,7 @@ frames = 5
 damping = { ratio = 0.05 }
 ";
 
-/// Long enough to be interrupted.
+/// Stage that is long enough to be interrupted.
 pub(crate) const LONG_SHAKE: &str = "
 [[stage]]
 name = 'shake'
@@ -65,7 +65,7 @@ frames = 5
 damping = { ratio = 0.05 }
 ";
 
-/// Long, and never in equilibrium.
+/// Long relaxation that never reaches equilibrium.
 pub(crate) const LONG_PRESS: &str = "
 [[stage]]
 name = 'press'
@@ -85,12 +85,12 @@ pub(crate) const RESULTS: [&str; 8] = [
     "checkpoint.h5",
 ];
 
-/// A folder to work in.
+/// Working folder of a test.
 pub(crate) struct Desk {
     folder: TempDir,
 }
 
-/// How a command went.
+/// Exit status and output of a command.
 #[derive(Debug)]
 pub(crate) struct RunOutput {
     pub(crate) status: Option<i32>,
@@ -103,7 +103,7 @@ impl Desk {
         Self { folder: tempfile::tempdir().unwrap() }
     }
 
-    /// With the column in `column.toml`.
+    /// Working folder with the column in `column.toml`.
     pub(crate) fn with(stages: &[&str]) -> Self {
         let desk = Self::new();
         desk.write("column.toml", &(COLUMN.to_owned() + &stages.concat()));
@@ -122,7 +122,7 @@ impl Desk {
         fs::read(self.path(name)).unwrap()
     }
 
-    /// Names of all that is in the folder.
+    /// Names of all entries of the folder, sorted.
     pub(crate) fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.folder.path()).unwrap();
         let mut names: Vec<_> =
@@ -147,7 +147,7 @@ impl Desk {
         }
     }
 
-    /// Interrupts a run a little after its stage has begun.
+    /// Runs the command and interrupts it shortly after its stage has begun.
     #[cfg(unix)]
     pub(crate) fn interrupt(&self, arguments: &str, stage: &str) -> RunOutput {
         let mut child = self.command(arguments).stderr(Stdio::piped()).spawn().unwrap();
@@ -164,7 +164,7 @@ impl Desk {
     }
 }
 
-/// The command line is refused, and why.
+/// Error message of a command line that must be refused.
 pub(crate) fn refused(arguments: &str) -> String {
     let desk = Desk::with(&[SHAKE]);
     let went = desk.run(arguments);

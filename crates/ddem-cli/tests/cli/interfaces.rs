@@ -1,8 +1,8 @@
-//! Sets that touch on the command line: what joins them is said, and what does not.
+//! Tests of sets that touch, on the command line: messages about joined and unjoined sets.
 
 use super::harness::*;
 
-/// A block on a bed of 3 × 3, and a loose one beside it.
+/// Set `block` on a bed of 3 × 3 blocks, and a loose block beside it.
 const BED: &str = "
 [materials.rock]
 density = 2400
@@ -68,7 +68,7 @@ fn what_joins_sets_is_said() {
     assert_eq!(summary["interfaces"], serde_json::json!([first, second, third]));
 }
 
-/// A gap of half the joint's thickness: no joint, no silence.
+/// A gap of half the joint's thickness gives a warning instead of a joint.
 #[test]
 fn a_gap_that_the_joint_does_not_fill_is_warned_of() {
     let desk = Desk::new();
@@ -83,7 +83,7 @@ fn a_gap_that_the_joint_does_not_fill_is_warned_of() {
         let said = went.stdout + &went.stderr;
         assert!(!said.contains("are joined by joint"), "{said}");
     }
-    // One that it fills.
+    // A gap that the joint fills.
     desk.write("bed.toml", &BED.replace("[0, 0.5, 1.0]", "[0, 0.5, 1.01]"));
     let went = desk.run("bed.toml --check");
     assert!(went.stdout.contains(JOINED) && !went.stderr.contains("bed"), "{went:?}");

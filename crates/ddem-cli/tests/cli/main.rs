@@ -1,4 +1,4 @@
-//! The command as a user runs it.
+//! Tests of the command as a user runs it.
 
 mod command_line;
 mod contacts;

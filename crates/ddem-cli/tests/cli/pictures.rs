@@ -1,10 +1,10 @@
-//! Pictures of results.
+//! Tests of pictures of results.
 
 use std::collections::BTreeSet;
 
 use super::harness::{Desk, PRESS};
 
-/// An environment variable that names a Python with the module and PyVista.
+/// Environment variable that names a Python with the module and PyVista.
 const PYTHON: &str = "DDEM_PYTHON";
 
 #[test]
@@ -24,7 +24,7 @@ fn without_python_it_is_said_what_to_install() {
         )
     };
     assert_eq!(plot("no/python"), said("no/python", "python3"));
-    // The command itself starts, and has no module.
+    // `ddem` itself starts like a Python, but has no module.
     let other = env!("CARGO_BIN_EXE_ddem");
     assert_eq!(plot(other), said(other, other));
     assert!(!desk.path("results/column/plot.png").exists());

@@ -1,4 +1,4 @@
-//! Decks that run: results, progress, interruption.
+//! Tests of decks that run: results, progress and interruption.
 
 use std::io::Read;
 use std::path::Path;
@@ -50,7 +50,7 @@ fn a_run_from_start_to_end() {
     assert_eq!(lines.last(), Some(&last.as_str()));
 }
 
-/// The column with joints that could fail, but are far too strong.
+/// Column whose joints can fail, but are far too strong to do so.
 fn breakable() -> String {
     let strength = "cohesion = 1e9\nfriction = 30\ntension = 1e9\n";
     COLUMN.replace(
@@ -75,7 +75,7 @@ fn what_can_fail_is_said() {
         serde_json::from_slice(&desk.read("results/column/summary.json")).unwrap();
     assert_eq!(summary["failed_pairs"], serde_json::json!({ "shear": 0, "tension": 0 }));
 
-    // Keys of contacts that are not searched for have no effect.
+    // `[contact]` has no effect if contacts are not searched for.
     desk.write("column.toml", &(breakable() + PRESS + "[contact]\nfriction = 20\n"));
     for arguments in ["column.toml --check", "column.toml"] {
         let stderr = desk.run(arguments).stderr;
@@ -130,7 +130,7 @@ fn results_depend_neither_on_threads_nor_on_the_instruction_set() {
     }
 }
 
-/// The system's library chooses its functions by processor; results do not depend on it.
+/// The system library chooses its functions by processor; the results do not depend on that choice.
 #[test]
 #[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
 fn results_do_not_depend_on_the_processor() {
@@ -266,7 +266,7 @@ fn an_interrupted_run_goes_on_as_if_nothing_had_happened() {
         assert_eq!(last, Some(&*format!("saved in {}, {hint}", checkpoint.display())));
         assert!(desk.path("parts/checkpoint.h5").exists());
 
-        // Once more, and with another number of threads.
+        // Interrupts the run once more, with another number of threads.
         let went = desk.interrupt("column.toml --out=parts --resume --threads 1", interrupted);
         assert_eq!(went.status, Some(130), "{}", went.stderr);
         assert!(went.stderr.contains(", from step "), "{}", went.stderr);
@@ -297,8 +297,8 @@ fn a_quiet_run_is_interrupted_in_silence() {
     assert!(desk.path("a/checkpoint.h5").exists());
 }
 
-/// A hole of two cubic metres, and half a metre of a joint: what is in them is in the report, in the log and
-/// in the summary.
+/// One charge in a hole of two cubic metres and one in a joint of one square metre. The report, the
+/// log and the summary list both.
 #[test]
 fn charges_are_said_before_they_go_off() {
     let desk = Desk::new();
@@ -355,7 +355,8 @@ duration = 1e-6
     assert_eq!(summary["charges"][1]["mass"], serde_json::Value::Null);
 }
 
-/// What the first step does once, as where all joints of a model fail in it, is not done in each.
+/// The estimate counts work of the first step alone only once; in this model all joints fail in
+/// that step.
 #[test]
 fn the_estimate_counts_the_first_step_once() {
     let desk = Desk::new();
@@ -379,6 +380,6 @@ fn the_estimate_counts_the_first_step_once() {
     assert_eq!(went.status, Some(0), "{}", went.stderr);
     let took = start.elapsed().as_secs_f64();
     println!("{line}; was {took:.1} s");
-    // With the first step in each it is thirty times as long.
+    // If each step counted like the first, the estimate would be thirty times as long.
     assert!(estimate < 5.0 * took, "{line}: {took} s");
 }

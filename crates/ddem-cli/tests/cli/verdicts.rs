@@ -1,10 +1,11 @@
-//! How stages end: at rest, failing, or undecided.
+//! Tests of the verdicts of stages: at rest, fails, undecided.
 
 use serde_json::Value;
 
 use super::harness::*;
 
-/// A block on a plane of 30 degrees, gravity turned instead, with a friction and the keys of its first stage.
+/// Deck of a block on a plane of 30 degrees, with a friction angle and the keys of its first stage.
+/// Gravity is rotated instead of the plane.
 fn slope(friction: f64, stage: &str) -> String {
     format!(
         "
@@ -41,7 +42,7 @@ duration = 0.03
     )
 }
 
-/// Runs the slope and gives its exit status, what was said, and the stages of its summary.
+/// Runs the slope and returns its exit status, its standard error and the stages of its summary.
 fn ended(friction: f64, stage: &str) -> (Option<i32>, String, Vec<Value>) {
     let desk = Desk::new();
     desk.write("slope.toml", &slope(friction, stage));
@@ -87,7 +88,8 @@ fn what_friction_holds_is_at_rest() {
     }
 }
 
-/// A block that speeds up is not at rest, however slow it still is, nor is one that a load goes on pushing.
+/// An accelerating block is not at rest even while it is slow, nor is a block that a load keeps
+/// pushing.
 #[test]
 fn rest_does_not_come_before_the_motion() {
     let push = "[[load]]\nwhere = { set = 'block', side = 'x-' }\ntraction = [4e3, 0, 0]\n\
@@ -98,7 +100,7 @@ fn rest_does_not_come_before_the_motion() {
     }
 }
 
-/// A block that falls may land, and comes to rest; one that is still falling at the end does not.
+/// A falling block that lands comes to rest. A block that is still falling at the end fails.
 #[test]
 fn blocks_that_fall_fail_unless_they_land() {
     for (height, duration, status, verdict) in [
@@ -154,7 +156,7 @@ fn a_safety_stage_gives_the_factor_of_safety() {
     assert_eq!((&safety["kind"], &safety["verdict"]), (&"safety".into(), &"at rest".into()));
     assert_eq!(safety["moving"][0]["set"], "block");
     assert!(said.contains("safety: factor of safety 1.21"), "{said}");
-    // The state itself stays.
+    // The search leaves the state of the model unchanged.
     assert_eq!(stages[2]["verdict"], "at rest");
     let (_, said, stages) = ended(35.0, &format!("{relaxed}\nbracket = [2, 3]"));
     assert_eq!((&stages[1]["factor"], &stages[1]["verdict"]), (&Value::Null, &"at rest".into()));
@@ -164,7 +166,8 @@ fn a_safety_stage_gives_the_factor_of_safety() {
     );
 }
 
-/// tan 20°/tan 30° = 0.63041: what does not stand has a factor of safety, too, that of its state before it fell.
+/// tan 20°/tan 30° = 0.63041: a slope that fails has a factor of safety, too. It refers to the
+/// state before the failure.
 #[test]
 fn what_does_not_stand_has_a_factor_of_safety() {
     let relaxed = "kind = 'relax'\n[[stage]]\nname = 'safety'\nkind = 'safety'";
@@ -177,13 +180,13 @@ fn what_does_not_stand_has_a_factor_of_safety() {
     );
     let factor = stages[1]["factor"].as_f64().expect("a factor");
     assert!((factor / 0.63041 - 1.0).abs() < 5e-3, "{said}");
-    // Who says what is to be done then has it so.
+    // A given `on_failure` is kept.
     let stop = relaxed.replacen("'relax'", "'relax'\non_failure = 'stop'", 1);
     let (status, said, stages) = ended(20.0, &stop);
     assert_eq!((status, stages.len()), (Some(1), 1), "{said}");
 }
 
-/// tan 30°/tan 30°: the friction of contacts that nothing gives is divided, too.
+/// tan 30°/tan 30° = 1: the search also divides the default friction of contacts.
 #[test]
 fn the_default_friction_of_contacts_has_a_factor_of_safety() {
     let desk = Desk::new();
@@ -209,7 +212,8 @@ fn undecided_trials_give_no_factor() {
     );
 }
 
-/// A column of rigid blocks with tan α = 0.2 stands up to b/h = 0.25, however much cohesion its joint has.
+/// A column of rigid blocks with tan α = 0.2 stands, because tan α is below b/h = 0.25. The
+/// cohesion of its joint does not change that.
 #[test]
 fn cohesion_does_not_topple_rigid_blocks() {
     let column = |cohesion: f64| {

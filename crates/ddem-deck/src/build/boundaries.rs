@@ -1,4 +1,4 @@
-//! From `[[boundary]]` to faces and columns.
+//! Conversion of `[[boundary]]` entries to faces and columns.
 
 use std::collections::BTreeSet;
 
@@ -27,7 +27,7 @@ pub(super) fn boundaries(deck: &Deck, problem: &Problem) -> Result<Boundaries, V
     if faults.is_empty() { Ok(Boundaries { list }) } else { Err(faults) }
 }
 
-/// Faults of boundaries all of whose nodes are held, and of columns that stand on nothing.
+/// Faults of boundaries whose nodes are all held, and of columns without a base.
 pub(super) fn idle(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) -> Vec<Fault> {
     let mut faults = twice(deck, problem);
     let known = faults.len();
@@ -113,7 +113,7 @@ fn held_in_part(
     }
     let entry = deck.stage.get(stage);
     let moves = entry.is_none_or(|stage: &Stage| stage.kind == StageKind::Dynamic);
-    // A base with an incoming wave may carry the weight.
+    // A base with an incoming wave may be held along its normal to carry the weight.
     let side = problem.boundaries.list[index].wave.is_none() && moves;
     let (axis, fix) = hold.across.filter(|_| side)?;
     let message = format!(
@@ -125,7 +125,7 @@ fn held_in_part(
     Some(Diagnostic::warning(Code::ReflectingBoundary, at, message).help(help))
 }
 
-/// Fault of a boundary behind a face of which no column can stand.
+/// Fault of a free-field boundary with a face at which no column can stand.
 fn no_column(why: NoColumn, place: &str) -> Fault {
     let (what, help) = match why {
         NoColumn::Level => (
@@ -182,7 +182,7 @@ fn boundary(
             boundary.sides.iter().map(|side| (side.node, side.resistance)).collect();
         return Ok(boundary);
     }
-    // Columns go on below what has been taken out.
+    // Columns continue below removed blocks, so the faces at the start count, too.
     for (ground, surfaces) in [(geometry, &surfaces), (start, &region.surfaces(start))] {
         let below = surfaces.iter().filter(|face| face.outward(ground).z < 1e-9 - 1.0);
         let areas = below.flat_map(|face| region.areas(ground, face));
@@ -196,7 +196,7 @@ fn boundary(
     Ok(boundary)
 }
 
-/// The outer faces of deformable blocks that a boundary selects.
+/// Outer faces of deformable blocks that a boundary selects.
 fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<BlockFace>, Fault> {
     let surfaces = region.surfaces(geometry);
     let place = format!("{place}.where");

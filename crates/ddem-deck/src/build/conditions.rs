@@ -1,4 +1,5 @@
-//! From `[[fix]]`, `[[load]]`, `[[charge]]` and `[[remove]]` to nodes.
+//! Conversion of `[[fix]]`, `[[load]]`, `[[charge]]` and `[[remove]]` entries to conditions at
+//! nodes.
 
 use ddem_core::problem::{
     BlockFace, Conditions, ForceFading, Geometry, LoadPattern, StageRange, Stages, StartMotion,
@@ -12,10 +13,10 @@ use super::geometry::{Region, no_node, nothing};
 use crate::lint::Diagnostic;
 use crate::schema::{ChargeHistory, Deck, History, Initial, Load, Remove, StageKind, Where};
 
-/// Supports, loads and charges of a deck. Their geometry is that at the start of their stage: faces that an
-/// excavation makes free can be loaded and held from then on.
+/// Supports, loads and charges of a deck, with the warnings about each charge.
 ///
-/// With warnings about each charge.
+/// Each entry refers to the geometry at the start of its stage. Faces that an excavation exposes
+/// can therefore be loaded and held from then on.
 pub(super) fn conditions(
     deck: &Deck,
     problem: &Problem,
@@ -124,7 +125,8 @@ fn charges(
     (charged, warnings)
 }
 
-/// Motions of nodes at the start; entries without any count after others, whose nodes they put to rest.
+/// Initial motions of nodes. Entries before the first motion are skipped; a later entry without
+/// motion sets its nodes to rest.
 pub(super) fn motions(deck: &Deck, problem: &Problem) -> Vec<StartMotion> {
     let geometry = problem.stages.at(0);
     let motion = |initial: &Initial| StartMotion {
@@ -137,7 +139,7 @@ pub(super) fn motions(deck: &Deck, problem: &Problem) -> Vec<StartMotion> {
     deck.initial.iter().skip_while(|initial| !moving(initial)).map(motion).collect()
 }
 
-/// The forces of one load on its nodes, or what was looked for in vain.
+/// Nodal forces of one load; the error names what was not found.
 fn nodal_forces(
     load: &Load,
     region: &Region,
@@ -191,7 +193,7 @@ fn without_walls(
     Some(Fault::new(ErrorCode::NotSupported, format!("charge[{index}]"), message).help(help))
 }
 
-/// The load in which the forces that blocks exerted go on when they are taken out: there are none before.
+/// Load that continues the forces of removed blocks. It has no forces before their removal.
 fn released(deck: &Deck, remove: &Remove) -> LoadPattern {
     let from = deck.stage_range(remove.from.as_ref(), None).from.unwrap_or(0);
     let fades = remove.release.filter(|&time| time > 0.0);

@@ -1,4 +1,5 @@
-//! Faces that boundaries take: each part of a face belongs to at most one, and walls of cavities to none.
+//! Checks of boundary faces: no part of a face may belong to two boundaries, and walls of cavities
+//! give a warning.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +12,7 @@ use super::geometry::Region;
 use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
 
-/// More of a face than this part of it cannot be taken by several boundaries.
+/// Largest share of a face that several boundaries may have in total; a larger share is an overlap.
 const WHOLE: f64 = 1.0 + 1e-6;
 
 fn shown(geometry: &Geometry, surface: &BlockFace) -> String {
@@ -19,7 +20,7 @@ fn shown(geometry: &Geometry, surface: &BlockFace) -> String {
     format!("({x}, {y}, {z})")
 }
 
-/// Faults of boundaries that have the same part of a face: their dashpots would add up.
+/// Faults of boundaries that share a part of a face: their dashpots would add up.
 pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let Problem { boundaries, stages, .. } = problem;
     let mut found: BTreeMap<(usize, usize), BlockFace> = BTreeMap::new();
@@ -33,7 +34,7 @@ pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
                 };
                 let [area, all] = areas;
                 *sum += area;
-                // Beside what is taken out there is less of a face: half of the joint is gone.
+                // A face beside a removed block lacks half of the joint, so the larger area counts.
                 *whole = whole.max(*all);
                 if *sum > WHOLE * *whole {
                     found.entry((*before, index)).or_insert(*surface);
@@ -74,7 +75,7 @@ pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<Diagnostic> {
     warnings
 }
 
-/// Faces with their areas `[m²]`, as far as a region selects them and as a whole.
+/// Faces with two areas `[m²]`: of the part that a region selects, and of the whole face.
 pub(super) fn with_areas(
     (region, everywhere): (&Region, &Region),
     geometry: &Geometry,

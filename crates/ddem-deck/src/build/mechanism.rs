@@ -1,4 +1,4 @@
-//! Relax stages whose supports leave a rigid motion free.
+//! Check for relax stages whose supports leave a rigid motion free.
 
 use ddem_core::problem::{FreeMotion, Geometry};
 use ddem_core::{ErrorCode, Fault, Problem, Simulation};
@@ -7,7 +7,7 @@ use super::BuiltDeck;
 use super::geometry::interface::gaps;
 use crate::schema::{Deck, StageKind};
 
-/// A fault for each relax stage in which a group of joined blocks can move as a rigid body.
+/// Faults of the relax stages in which a group of joined blocks can move as a rigid body.
 pub(super) fn check(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let (mut faults, mut known) = (Vec::new(), None);
     for (stage, entry) in deck.stage.iter().enumerate() {
@@ -24,7 +24,7 @@ pub(super) fn check(deck: &Deck, problem: &Problem) -> Vec<Fault> {
 }
 
 impl BuiltDeck {
-    /// Fault of a relaxation under the supports in force: a rigid motion that they leave free.
+    /// Fault of a relaxation if the supports in force leave a rigid motion free.
     #[must_use]
     pub fn free_motion(&self, simulation: &Simulation) -> Option<Fault> {
         let motion = simulation.free_motion()?;
@@ -32,7 +32,7 @@ impl BuiltDeck {
     }
 }
 
-/// The fault of a stage; `whose` supports they are is for the message.
+/// Fault of a stage; `whose` names the supports in the message.
 fn fault(
     deck: &Deck,
     geometry: &Geometry,
@@ -51,7 +51,7 @@ fn fault(
     Fault::new(ErrorCode::Mechanism, format!("stage[{stage}]"), message).help(help(deck, geometry))
 }
 
-/// Suggests supports or joints that may be missing.
+/// Advice on supports or joints that may be missing.
 fn help(deck: &Deck, geometry: &Geometry) -> String {
     let hold = if deck.boundary.is_empty() {
         "hold that motion with [[fix]], or make the stage dynamic"

@@ -8,7 +8,8 @@ use ddem_core::law::{Barton, JointLaw, MohrCoulomb, Softening, SpringStiffness};
 use ddem_core::problem::Vec3;
 use ddem_core::problem::{ContactProperties, JointElasticity, JointProperties, Properties};
 
-/// Properties and settings that a deck without faults gives; materials and joints in the order of their names.
+/// Properties and settings of a deck without faults; materials and joints are in the order of their
+/// names.
 pub(super) fn properties(deck: &Deck) -> Properties {
     let contact = &deck.contact;
     Properties {
@@ -58,7 +59,7 @@ fn joint_properties(deck: &Deck, (name, joint): (&String, &Joint)) -> JointPrope
     }
 }
 
-/// Strengths that are left out are 0.
+/// Mohr–Coulomb law of a joint; missing strengths are 0.
 fn mohr_coulomb(joint: &Joint) -> MohrCoulomb {
     let friction = joint.friction.unwrap_or(0.0);
     let tension = joint.tension.unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! Nodes and blocks that parts of space select.
+//! Nodes and blocks that regions select.
 
 use ddem_core::problem::Geometry;
 use ddem_core::{Fault, Model};
@@ -8,12 +8,14 @@ use super::geometry::{Region, Selection, no_node, uncovered};
 use crate::schema::Where;
 
 impl Where {
-    /// Numbers of the nodes that it selects in a model, in order; of blocks that are there in the present stage.
+    /// Numbers of the nodes that the region selects in a model, in order. Only blocks that exist in
+    /// the present stage count.
     ///
     /// # Errors
     ///
-    /// A `set` that the model does not have, a file that has not been read, numbers that cannot be, a topography that
-    /// does not cover what is selected. The place of the fault begins with `where`.
+    /// The fault of a `set` that the model does not have, of a file that has not been read, of an
+    /// invalid number, or of a topography that does not cover the selection. The place of the fault
+    /// begins with `where`.
     pub fn nodes(&self, model: &Model) -> Result<Vec<u32>, Fault> {
         let sets = &model.problem().sets;
         let mut faults = self.check(&sets.list);
@@ -26,7 +28,7 @@ impl Where {
         }
     }
 
-    /// Fault of a `where`, at this place in the deck, that selects no node of a model.
+    /// Fault of a `where` at a place in the deck that selects no node of a model.
     #[must_use]
     pub fn no_node(&self, model: &Model, place: String) -> Fault {
         no_node(place, &Region::new(self, &model.problem().sets), model.geometry())
@@ -34,8 +36,9 @@ impl Where {
 }
 
 impl BuiltDeck {
-    /// Blocks that each curved or slanted `where` of the deck has selected: first those that are split
-    /// and that never were there, then those that are dug, then those that get a material or a stress.
+    /// Blocks that each curved or slanted `where` of the deck has selected: first split blocks and
+    /// blocks removed from the start, then excavated blocks, then blocks with an assigned material
+    /// or an initial stress.
     #[must_use]
     pub fn selections(&self) -> Vec<Selection> {
         let of = |place: String, what: String, geometry: &Geometry, region| {

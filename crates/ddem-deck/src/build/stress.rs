@@ -1,4 +1,4 @@
-//! From `stress` in `[[initial]]` to blocks.
+//! Conversion of `stress` in `[[initial]]` to stresses of blocks.
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,8 @@ use super::geometry::touching::TouchingFaces;
 use super::geometry::{Region, nothing};
 use crate::schema::Deck;
 
-/// Contacts begin without force: sets that touch cannot bear a stress together.
+/// Faults of stressed sets that touch without a joint. Contacts begin without force, so they cannot
+/// carry an initial stress.
 pub(super) fn met(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let (geometry, stresses) = (&**problem.stages.at(0), &problem.stresses);
     if stresses.iter().all(Option::is_none) || !deck.finds_contacts() {
@@ -38,7 +39,7 @@ pub(super) fn met(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     alone.into_iter().map(fault).collect()
 }
 
-/// The stress in each block that a deck gives one.
+/// Initial stress of each block to which the deck gives one.
 pub(super) fn stresses(deck: &Deck, problem: &Problem) -> Result<Vec<Option<Stress>>, Vec<Fault>> {
     let geometry = &**problem.stages.at(0);
     if deck.initial.iter().all(|entry| entry.stress.is_none()) {

@@ -1,4 +1,4 @@
-//! Outer faces that do not carry the stress at the start.
+//! Outer faces that do not carry the initial stress.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -9,7 +9,7 @@ use super::BuiltDeck;
 use crate::lint::{Code, Diagnostic};
 use crate::schema::Where;
 
-/// Part of the force on a plane that it may lack without a word.
+/// Fraction of the force on a plane that may be missing without a warning.
 const SMALL: f64 = 1e-3;
 
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -22,16 +22,18 @@ struct PlaneBalance {
     area: f64,
     asked: f64,
     lacking: Vec3,
-    /// Sums of the sizes, of each component and of the vectors: what lacks may cancel on a plane.
+    /// Sums of the absolute components (`sizes`) and of the norms (`lacks`) of the missing forces,
+    /// which may cancel in `lacking`.
     sizes: Vec3,
     lacks: f64,
 }
 
 impl BuiltDeck {
-    /// Planes whose supports and loads in the first stage do not carry the stress at the start.
+    /// Warnings about planes whose supports and loads in the first stage do not carry the initial
+    /// stress.
     pub(super) fn unbalanced_stress(&self, model: &Model) -> Vec<Diagnostic> {
         let (geometry, stresses) = (model.geometry(), &self.problem.stresses);
-        // Later the walls of what has been taken out are free, and are meant to be.
+        // After an excavation its walls are free on purpose.
         if stresses.is_empty() || (0..model.n_blocks()).any(|block| model.is_removed(block)) {
             return Vec::new();
         }
@@ -39,7 +41,8 @@ impl BuiltDeck {
         let mut planes: BTreeMap<[i64; 4], PlaneBalance> = BTreeMap::new();
         let everywhere = self.region(&Where::default());
         let surfaces = everywhere.surfaces(geometry);
-        // What a node gets goes to its faces by what they ask for, so each node is looked at once.
+        // The faces of a node share its load in proportion to the forces that they require. Each
+        // node is therefore treated once.
         let mut asks: HashMap<u32, Vec<(BlockFace, Vec3, f64)>> = HashMap::new();
         for surface in surfaces {
             for (node, area) in everywhere.areas(geometry, &surface) {
@@ -56,7 +59,7 @@ impl BuiltDeck {
             let whole: Vec3 = asked.iter().map(|(_, force, _)| force).sum();
             let mut lacking = whole - load;
             (0..3).filter(|&c| held[c]).for_each(|c| lacking[c] = 0.0);
-            // Of each component a face lacks the part that it asks for.
+            // The faces share a missing component in proportion to their requirements.
             let sizes: Vec3 = asked.iter().map(|(_, force, _)| force.abs()).sum();
             for (surface, force, area) in asked {
                 let part = |c: usize| if sizes[c] > 0.0 { force[c].abs() / sizes[c] } else { 0.0 };
@@ -71,7 +74,7 @@ impl BuiltDeck {
                 plane.lacks += lacking.norm();
             }
         }
-        // On a free surface rounding is all that is asked for.
+        // A free surface requires no more than rounding errors.
         let most = planes.values().fold(0.0, |most: f64, plane| most.max(plane.asked));
         let much = |plane: &PlaneBalance| plane.lacks > SMALL * plane.asked.max(SMALL * most);
         let wrong = planes.into_values().filter(much);
@@ -94,7 +97,7 @@ impl BuiltDeck {
         let [x, y, z] = wanted.into();
         let stress = stresses[first]?;
         let borne = stress.divergence();
-        // Along one axis only, so that nothing else of the gradient changes.
+        // There is advice only for one axis, so that no other component of the gradient changes.
         let axis = wanted.iamax();
         let alone = wanted.norm() - wanted[axis].abs() <= 1e-9 * wanted.norm();
         let paste = (alone && (wanted - borne).norm() > 0.0).then(|| {
@@ -120,7 +123,7 @@ impl BuiltDeck {
         self.problem.properties.materials[usize::from(model.material(block))].density
     }
 
-    /// Loads in the first stage as it starts, and what is held, by node.
+    /// Load at the start of the first stage and held directions, by node.
     fn given(&self, model: &Model) -> HashMap<u32, (Vec3, [bool; 3])> {
         let mut given: HashMap<u32, (Vec3, [bool; 3])> = HashMap::new();
         let factors = model.conditions().factors(0, 0.0, &[0.0]).unwrap_or_default();
@@ -136,7 +139,7 @@ impl BuiltDeck {
     }
 }
 
-/// Key of the plane of a face: the same for all faces on it that look the same way.
+/// Key of the plane of a face; it is equal for faces in the same plane with the same normal.
 fn plane_of(geometry: &Geometry, surface: &BlockFace) -> [i64; 4] {
     let [low, high] = geometry.bounds;
     let normal = surface.outward(geometry);
@@ -172,8 +175,8 @@ impl PlaneBalance {
         Diagnostic::warning(Code::UnbalancedStress, "initial", message).help(help)
     }
 
-    /// Lines of a deck that carry the stress: a support along the components that are missing; on faces that
-    /// look up a load, if one does it.
+    /// Lines of a deck that carry the stress: a support along the missing components or, on faces
+    /// that look up, a load if one load is enough.
     fn paste(&self, axis: usize, gravity: &Vec3) -> Option<String> {
         let place = format!("where = {{ {} = {:?} }}", AXES[axis], rounded(self.point[axis], 9));
         if self.normal.dot(gravity) < 0.0 {
@@ -188,7 +191,7 @@ impl PlaneBalance {
     }
 }
 
-/// A number with so many digits.
+/// `x` rounded to a number of significant digits; 0 if it is not finite.
 fn rounded(x: f64, digits: i32) -> f64 {
     if x == 0.0 || !x.is_finite() {
         return 0.0;

@@ -11,11 +11,11 @@ use super::geometry::{Interface, place};
 use crate::lint::{Code, Diagnostic, load_at_rest};
 use crate::schema::{Deck, StageKind, Where};
 
-/// A pressure above which no gas is stored `[Pa]`.
+/// Pressure above which no gas is stored: such a charge is a blast `[Pa]`.
 const BLAST: f64 = 1e8;
 
 impl BuiltDeck {
-    /// Diagnostics of a model of this deck, those that the deck allows left out.
+    /// Diagnostics of a model of this deck, without those that the deck allows.
     #[must_use]
     pub fn warnings(&self, model: &Model) -> Vec<Diagnostic> {
         let mut warnings = Vec::new();
@@ -114,7 +114,8 @@ impl BuiltDeck {
         })
     }
 
-    /// Sets that touch at the start: those that joints join, and those whose blocks meet as contacts.
+    /// Sets that touch at the start: those that joints join, and those whose blocks meet as
+    /// contacts.
     #[must_use]
     pub fn interfaces(&self) -> Vec<Interface> {
         interfaces(self.at_stage(None), &self.deck)
@@ -166,8 +167,8 @@ impl BuiltDeck {
     }
 }
 
-/// Warnings about supports that hold both sides of joints which can fail, where one of the blocks is free
-/// otherwise: a plane or a range that reaches a joint selects the nodes on both of its sides.
+/// Warnings about supports that hold both sides of joints that can fail, unless they hold both
+/// blocks entirely. A plane or a range that reaches a joint selects the nodes on both of its sides.
 fn held_joints(model: &Model) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     let holds_all = |held: &HashSet<u32>, block: u32| {
@@ -230,8 +231,8 @@ fn contact(warning: ContactWarning) -> Diagnostic {
     }
 }
 
-/// Blasts that are in force from the start and go off in a relax stage before a dynamic one: each with
-/// that stage.
+/// Blasts without `from` that detonate in a relax stage before a dynamic one, each with that relax
+/// stage.
 fn in_statics(conditions: &Conditions, deck: &Deck) -> Vec<(usize, usize)> {
     let moves = |stage: &usize| deck.stage[*stage].kind == StageKind::Dynamic;
     let last = (0..deck.stage.len()).rfind(moves).unwrap_or(0);
@@ -239,7 +240,7 @@ fn in_statics(conditions: &Conditions, deck: &Deck) -> Vec<(usize, usize)> {
         let before = (0..stage).filter(moves);
         before.filter_map(|stage| deck.stage[stage].duration).sum::<f64>()
     };
-    // One that has gone off before has done so in motion.
+    // A charge that has detonated earlier did so in a dynamic stage.
     let goes_off = |charged: &TimedCharge, stage: usize| {
         let acts = match &charged.history {
             TimeFunction::Constant => true,

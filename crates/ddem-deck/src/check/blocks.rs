@@ -1,4 +1,4 @@
-//! Sets of blocks, and what changes parts of them.
+//! Checks of sets of blocks, and of the entries that change parts of them.
 
 use super::conditions::force_time;
 use super::region::{RegionKind, dips, region};
@@ -43,7 +43,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
 }
 
 fn material(deck: &Deck, place: String, name: &str, faults: &mut Faults) {
-    // Without any material there is one fault that says so, not one for each name.
+    // A deck without materials has one fault that says so, not one for each name.
     if !deck.materials.is_empty() {
         let known = deck.materials.keys().map(String::as_str);
         faults.reference(place, name, known, ("material", "[materials.NAME]"));
@@ -55,13 +55,13 @@ fn joint(deck: &Deck, place: String, name: &str, faults: &mut Faults) {
     faults.reference(place, name, known, ("joint", "[joints.NAME]"));
 }
 
-/// Cuts along the edge `k`, when given.
+/// Cuts along the edge `k`, if they are given.
 fn cuts(set: &BlockSet, k: usize) -> Option<&[f64]> {
     let edges = set.edges.as_ref()?;
     [&edges.x, &edges.y, &edges.z][k].as_deref()
 }
 
-/// Blocks along the edge `k`.
+/// Number of blocks along the edge `k`.
 fn blocks_along(set: &BlockSet, k: usize) -> u64 {
     match cuts(set, k) {
         Some(cuts) => cuts.len().saturating_sub(1) as u64,
@@ -94,7 +94,7 @@ fn lattice(at: &str, set: &BlockSet, faults: &mut Faults) {
             format!("give `size = [x, y, z]`, or the cuts in `edges = {{ {axis} = […] }}`"),
         );
     }
-    // In floating point, where nothing overflows.
+    // Floating-point numbers do not overflow here.
     let blocks: f64 = (0..3).map(|k| blocks_along(set, k) as f64).product();
     let nodes = blocks * (f64::from(set.elements_along_edge()) + 1.0).powi(3);
     if nodes > f64::from(u32::MAX) {
@@ -107,7 +107,7 @@ fn lattice(at: &str, set: &BlockSet, faults: &mut Faults) {
     }
 }
 
-/// A set whose blocks are those of a mesh.
+/// Checks a set whose blocks are those of a mesh.
 fn of_mesh(deck: &Deck, at: &str, (set, mesh): (&BlockSet, &BlockMesh), faults: &mut Faults) {
     let standard = BlockSet::default();
     let given = [
@@ -228,7 +228,7 @@ fn joints(deck: &Deck, at: &str, set: &BlockSet, faults: &mut Faults) {
                     message,
                     "name the joint as `joint = …`",
                 );
-                // One fault is enough where the whole key is missing.
+                // One fault is enough if the whole key is missing.
                 return;
             }
             None => {}
@@ -236,7 +236,7 @@ fn joints(deck: &Deck, at: &str, set: &BlockSet, faults: &mut Faults) {
     }
 }
 
-/// Orientations of joints, which stand in the place of `axes`.
+/// Checks the orientations of joints, which replace `axes`.
 fn turned(at: &str, set: &BlockSet, faults: &mut Faults) {
     let ways = [
         ("axes", set.axes != COORDINATES),
@@ -282,13 +282,13 @@ fn turned(at: &str, set: &BlockSet, faults: &mut Faults) {
     }
 }
 
-/// Of the parallelepiped on three vectors.
+/// Signed volume of the parallelepiped that three vectors span.
 fn volume([[ax, ay, az], [bx, by, bz], [cx, cy, cz]]: [[f64; 3]; 3]) -> f64 {
     ax * (by * cz - bz * cy) + ay * (bz * cx - bx * cz) + az * (bx * cy - by * cx)
 }
 
-/// The three directions must span space and be right-handed, as the node order of the elements
-/// has it: with a left-handed triad every element would be inside out.
+/// Checks that the three directions span space and are right-handed. The node order of the elements
+/// requires this: left-handed directions would turn every element inside out.
 fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
     let place = format!("{at}.axes");
     let mut lengths = [0.0; 3];
@@ -350,7 +350,7 @@ fn changes(deck: &Deck, faults: &mut Faults) {
     }
 }
 
-/// Blocks that are taken out at the start of a stage.
+/// Checks the removal of blocks at the start of a stage.
 fn excavation(deck: &Deck, at: &str, remove: &Remove, faults: &mut Faults) {
     if remove.until.is_some() {
         faults.add_help(

@@ -1,4 +1,4 @@
-//! Charges.
+//! Checks of charges.
 
 use super::conditions::force_time;
 use super::region::{RegionKind, region};
@@ -6,7 +6,8 @@ use super::{ErrorCode, Faults, Rule, history, names, shown};
 use crate::schema::{
     Charge, ChargeHistory, Deck, Detonation, EXPLOSIVES, Explosive, StageKind, Where,
 };
-/// Beyond it nothing detonates: a density in g/cm³, or a velocity in km/s, is below.
+/// Smallest density `[kg/m³]` and detonation velocity `[m/s]` of an explosive. Values that are
+/// given in g/cm³ or km/s are below them.
 const LEAST: [f64; 2] = [100.0, 100.0];
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
@@ -36,7 +37,7 @@ fn place(deck: &Deck, at: &str, place: &Where, faults: &mut Faults) {
     region(deck, &format!("{at}.where"), (place, RegionKind::Faces), faults);
 }
 
-/// Exactly one of mass and pressure; an explosive with a mass.
+/// Checks that there is exactly one of mass and pressure, and an explosive with a mass.
 fn strength(at: &str, charge: &Charge, faults: &mut Faults) {
     let help = "a charge has `mass` and `explosive`, or `pressure`";
     match (charge.mass, charge.pressure) {
@@ -114,7 +115,7 @@ fn index(place: &str, gamma: f64, faults: &mut Faults) {
     }
 }
 
-/// Keys of a gas that expands, and of one that does not.
+/// Checks the keys of a gas that expands, and of one that does not.
 fn gas(at: &str, charge: &Charge, faults: &mut Faults) {
     if let Some(gamma) = charge.gamma {
         index(&format!("{at}.gamma"), gamma, faults);
@@ -138,7 +139,7 @@ fn gas(at: &str, charge: &Charge, faults: &mut Faults) {
             );
         }
     }
-    // An unknown explosive has been said.
+    // An unknown explosive has already been reported.
     if charge.expands() && charge.gamma.is_none() && charge.explosive.is_none() {
         faults.add_help(
             ErrorCode::MissingKey,
@@ -153,7 +154,7 @@ fn gas(at: &str, charge: &Charge, faults: &mut Faults) {
     }
 }
 
-/// A charge that would go off after the end of the run.
+/// Adds a fault if a charge would detonate after the end of the run.
 fn late(deck: &Deck, at: &str, charge: &Charge, delay: f64, faults: &mut Faults) {
     let stage = |name: &Option<String>| {
         let name = name.as_deref()?;

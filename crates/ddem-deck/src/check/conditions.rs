@@ -1,4 +1,4 @@
-//! Supports, loads, boundaries and the state at the start.
+//! Checks of supports, loads, boundaries and the initial state.
 
 use super::region::{RegionKind, region};
 use super::{ErrorCode, Faults, NameFaults, Rule, history, shown};
@@ -37,7 +37,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     }
 }
 
-/// The stages between which something is in force.
+/// Checks the stages between which an entry is in force.
 pub(super) fn force_time(
     deck: &Deck,
     at: &str,
@@ -105,7 +105,7 @@ fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
     history::check(at, fix.history.as_ref(), faults);
 }
 
-/// A support that goes to a displacement does so in relaxation.
+/// Checks that a support with a `displacement` does not begin in a dynamic stage.
 fn driven(deck: &Deck, at: &str, fix: &Fix, faults: &mut Faults) {
     if fix.displacement.is_none() {
         return;

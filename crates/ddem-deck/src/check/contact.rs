@@ -1,4 +1,4 @@
-//! Contacts.
+//! Checks of contacts.
 
 use super::{ErrorCode, Faults, Rule};
 use crate::schema::ContactTable;

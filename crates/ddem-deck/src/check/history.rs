@@ -1,8 +1,8 @@
-//! Histories.
+//! Checks of histories.
 
 use super::{ErrorCode, Faults, Rule, shown};
 use crate::schema::{Duvall, History, Triangle};
-/// A factor in time.
+/// Checks a factor in time.
 pub(super) fn check(at: &str, history: Option<&History>, faults: &mut Faults) {
     match history {
         None => {}
@@ -47,7 +47,7 @@ pub(super) fn check(at: &str, history: Option<&History>, faults: &mut Faults) {
 fn duvall(at: &str, Duvall { alpha, beta }: Duvall, faults: &mut Faults) {
     let alpha_held = faults.number(format!("{at}.alpha"), alpha, Rule::AboveZero);
     let held = faults.number(format!("{at}.beta"), beta, Rule::AboveZero) && alpha_held;
-    // Rates that are equal to rounding have no peak that can be computed.
+    // If the rates are equal up to rounding, the peak cannot be computed.
     if held && beta < alpha * (1.0 + 1e-6) {
         faults.add_help(
             ErrorCode::OutOfRange,

@@ -1,9 +1,10 @@
-//! Materials and joints.
+//! Checks of materials and joints.
 
 use super::{ErrorCode, Faults, NameFaults, Rule, strength};
 use crate::schema::names::segment;
 use crate::schema::{Deck, Joint};
-/// Most materials, and most joints: they have numbers of 16 bits, and one of them means none.
+/// Largest number of materials, and of joints: their numbers have 16 bits, and one number means
+/// none.
 const MOST: usize = u16::MAX as usize;
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
@@ -82,7 +83,7 @@ fn stiffness(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
             faults.add_help(ErrorCode::ConflictingKeys, format!("{at}.{second}"), message, ways);
         }
     }
-    // With two ways at once it is not said which one to complete.
+    // If two ways are mixed, it is unknown which one to complete.
     if given.len() == 1 {
         for group in [own_named, springs_named] {
             let Some((first, _)) = group.iter().find(|(_, given)| *given) else { continue };
@@ -109,7 +110,7 @@ fn thickness(at: &str, thickness: f64, is_spring: bool, faults: &mut Faults) {
     }
 }
 
-/// Keys with whether they are given.
+/// Keys, each with true if it is given.
 fn named<const N: usize>(
     keys: [&'static str; N],
     values: [Option<f64>; N],

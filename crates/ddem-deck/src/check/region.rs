@@ -1,10 +1,10 @@
-//! Parts of space.
+//! Checks of regions.
 
 use super::{ErrorCode, Faults, NameFaults, Rule, shown};
 use crate::schema::{Deck, Extent, Heights, Plane, Sheet, Triangles, Where};
 use ddem_core::problem::Set;
 
-/// Kind of things that a part of space is to select.
+/// Kind of things that a region selects.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum RegionKind {
     /// Joints or outer faces, which have an orientation.
@@ -14,7 +14,7 @@ pub(super) enum RegionKind {
 }
 
 impl Where {
-    /// Faults of a part of a model with these sets; places begin with `where`.
+    /// Faults of a region in a model with these sets; places begin with `where`.
     pub(crate) fn check(&self, sets: &[Set]) -> Vec<ddem_core::Fault> {
         let sets = sets.iter().map(|set| set.name.as_deref());
         let mut faults = Faults(Vec::new());
@@ -23,13 +23,13 @@ impl Where {
     }
 }
 
-/// A part of space of a deck.
+/// Checks a region of a deck.
 pub(super) fn region(deck: &Deck, at: &str, region: (&Where, RegionKind), faults: &mut Faults) {
     let sets = deck.blocks.iter().map(|set| set.name.as_deref());
     in_sets(sets, at, region, faults);
 }
 
-/// A part of the space of sets with these names.
+/// Checks a region in a model whose sets have these names.
 fn in_sets<'a>(
     sets: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
     at: &str,
@@ -105,7 +105,7 @@ fn along(place: &str, axis: &str, extent: Option<Extent>, faults: &mut Faults) {
     }
 }
 
-/// The sphere and the cylinder.
+/// Checks the sphere and the cylinder.
 fn round(at: &str, region: &Where, faults: &mut Faults) {
     if let Some(sphere) = region.sphere {
         faults.finite(format!("{at}.sphere.centre"), &sphere.centre);
@@ -127,7 +127,7 @@ fn round(at: &str, region: &Where, faults: &mut Faults) {
     }
 }
 
-/// A plane by its normal, or by its dip and dip direction.
+/// Checks a plane that is given by its normal, or by its dip and dip direction.
 fn plane(at: &str, plane: &Plane, faults: &mut Faults) {
     faults.finite(format!("{at}.point"), &plane.point);
     let help = "a plane has `point`, and `normal` or both `dip` and `dip_direction`";
@@ -179,7 +179,7 @@ fn plane(at: &str, plane: &Plane, faults: &mut Faults) {
     }
 }
 
-/// Angles of an orientation.
+/// Checks the angles of an orientation.
 pub(super) fn dips(
     at: &str,
     (dip, dip_direction): (Option<f64>, Option<f64>),
@@ -189,7 +189,7 @@ pub(super) fn dips(
     faults.optional(format!("{at}.dip_direction"), dip_direction, Rule::Within(0.0, 360.0));
 }
 
-/// The orientation of joints and outer faces.
+/// Checks the orientation of joints and outer faces.
 fn orientation(at: &str, region: &Where, of: RegionKind, faults: &mut Faults) {
     dips(at, (region.dip, region.dip_direction), faults);
     faults.optional(format!("{at}.within"), region.within, Rule::Within(0.0, 90.0));
@@ -220,7 +220,7 @@ fn orientation(at: &str, region: &Where, of: RegionKind, faults: &mut Faults) {
     );
 }
 
-/// A grid of heights.
+/// Checks a grid of heights.
 fn heights(place: &str, (path, heights): (&str, Option<&Heights>), faults: &mut Faults) {
     let Some(Heights { x, y, z, rim }) = heights else { return unread(place, path, faults) };
     let rises = |axis: &[f64]| {
@@ -235,7 +235,7 @@ fn heights(place: &str, (path, heights): (&str, Option<&Heights>), faults: &mut 
     }
 }
 
-/// A closed surface.
+/// Checks a closed surface.
 fn surface(place: &str, (path, triangles): (&str, Option<&Triangles>), faults: &mut Faults) {
     let Some(triangles) = triangles else { return unread(place, path, faults) };
     if triangles.0.iter().flatten().flatten().any(|number| !number.is_finite()) {

@@ -1,4 +1,4 @@
-//! Stages and probes.
+//! Checks of stages and probes.
 
 use super::region::RegionKind;
 use super::{Faults, NameFaults, Rule};
@@ -19,7 +19,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
                 fault.place = format!("{at}.{}", fault.place);
                 fault
             });
-            // Keys that other stages have, too, are looked at already.
+            // Keys that other kinds of stages share have already been checked.
             let new: Vec<Fault> = wrong.filter(|fault| !faults.0.contains(fault)).collect();
             faults.0.extend(new);
         }
@@ -63,7 +63,7 @@ fn stage(at: &str, stage: &Stage, faults: &mut Faults) {
     }
 }
 
-/// Values of keys, each by itself.
+/// Checks the values of keys, each by itself.
 fn numbers(at: &str, stage: &Stage, faults: &mut Faults) {
     faults.optional(format!("{at}.limit"), stage.limit, Rule::AboveZero);
     faults.optional(format!("{at}.tolerance"), stage.tolerance, Rule::Between(0.0, 1.0));
@@ -87,7 +87,7 @@ fn numbers(at: &str, stage: &Stage, faults: &mut Faults) {
     }
 }
 
-/// Keys which only other kinds of stages have.
+/// Adds faults of keys that only other kinds of stages have.
 fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
     use StageKind::{Dynamic, Relax, Safety};
     let keys: [(&str, bool, &[StageKind]); 15] = [
@@ -133,7 +133,7 @@ impl Deck {
     /// Faults of a search for a factor of safety, by key.
     #[must_use]
     pub fn check_search(&self, search: &SafetySearch) -> Vec<Fault> {
-        // Names that there are not have a fault of their own.
+        // Unknown names get a fault of their own.
         let known = |name: &str| Some(self.joints.get(name).is_none_or(Joint::breaks));
         let mut faults = Faults(search.check(&known));
         for name in search.joints.iter().flatten() {
@@ -183,7 +183,8 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
     }
 }
 
-/// Rigid blocks have no stress. Whose block a point is in needs the geometry.
+/// Adds a fault if a stress probe selects rigid blocks, which have no stress. The block at a point
+/// is known only with the geometry.
 fn stress(deck: &Deck, at: &str, region: Option<&Where>, faults: &mut Faults) {
     let rigid = |set: &BlockSet| set.body == Body::Rigid;
     let named = region.and_then(|region| region.set.as_deref());

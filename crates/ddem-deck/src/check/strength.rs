@@ -1,8 +1,9 @@
-//! Strength of joints: what each number must be, what goes together, and what is above what.
+//! Checks of joint strengths: ranges of numbers, combinations of keys, and residual values below
+//! peaks.
 
 use super::{ErrorCode, Faults, Rule, shown};
 use crate::schema::{Deck, Joint};
-/// Largest angle of friction that roughness gives `[degrees]`: Barton's own limit.
+/// Largest friction angle that roughness gives `[degrees]` (Barton's limit).
 const STEEPEST: f64 = 70.0;
 
 pub(super) fn check(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
@@ -17,8 +18,8 @@ pub(super) fn check(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
     }
 }
 
-/// Looks at each number alone. Returns the joint with NaN for those that break their own rule: no
-/// comparison with one of them holds, so what is already said is not said again in other words.
+/// Checks each number alone. Returns the joint with NaN in place of numbers that break their rule.
+/// Comparisons with NaN are false, so a mistake is not reported twice.
 fn numbers(at: &str, joint: &Joint, faults: &mut Faults) -> Joint {
     let mut sound = joint.clone();
     let angle = Rule::From(0.0, 90.0);
@@ -44,7 +45,7 @@ fn numbers(at: &str, joint: &Joint, faults: &mut Faults) -> Joint {
     sound
 }
 
-/// Keys that say what happens when the joint fails, with whether they are given.
+/// Keys of the behaviour after failure, each with true if it is given.
 fn keys_of_failure(joint: &Joint) -> [(&'static str, bool); 4] {
     [
         ("residual_cohesion", joint.residual_cohesion.is_some()),
@@ -82,7 +83,8 @@ fn peaks(at: &str, joint: &Joint, faults: &mut Faults) {
     }
 }
 
-/// Barton and Bandis: three numbers that need each other and leave no room for Mohr and Coulomb's.
+/// Checks the keys of the Barton–Bandis law: three numbers that need each other and exclude the
+/// keys of the Mohr–Coulomb law.
 fn roughness(at: &str, joint: &Joint, faults: &mut Faults) {
     let first = if joint.jrc.is_some() { "jrc" } else { "jcs" };
     let law = "with `jrc` and `jcs` the strength in shear is \
@@ -120,9 +122,9 @@ fn roughness(at: &str, joint: &Joint, faults: &mut Faults) {
     }
 }
 
-/// Softening begins where the elastic limit is reached. The joint then holds an energy already,
-/// and one that is to take no more than that would have to close, or slide back, as it loses
-/// strength.
+/// Checks the fracture energies. Softening begins at the elastic limit, where the joint already
+/// holds energy. A joint that dissipates no more than that would have to close or slide back as it
+/// loses strength.
 fn softening(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
     let (Some(energies), Some([normal, shear])) =
         (joint.fracture_energy, joint.stiffness(&deck.materials))
@@ -159,7 +161,7 @@ fn four_digits(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
-/// A number with four digits, not below the one given but for rounding.
+/// Number with four digits that is not below `value`, except for rounding.
 fn rounded_up(value: f64) -> f64 {
     let near = four_digits(value);
     if near >= value * (1.0 - 1e-12) {

@@ -3,7 +3,7 @@ mod contact;
 use super::check;
 use crate::schema::*;
 
-/// Two blocks, a joint, a support, a load, two stages and a probe.
+/// Deck with two blocks, a joint, a support, a load, two stages and a probe.
 fn good() -> Deck {
     let rock = Material { density: 2400.0, young: 18e9, poisson: 0.25 };
     let seam = Joint { thickness: 0.01, material: Some("rock".into()), ..Joint::default() };
@@ -36,7 +36,7 @@ fn good() -> Deck {
     }
 }
 
-/// The places of the faults of the good deck after a change.
+/// Places of the faults of the good deck after a change.
 fn places(change: impl FnOnce(&mut Deck)) -> Vec<String> {
     let mut deck = good();
     change(&mut deck);
@@ -164,7 +164,7 @@ fn strengths_have_rules() {
             (Some(1e6), Some(30.0), Some(30.0));
     };
     assert_eq!(one(residuals), [""; 0]);
-    // What is not given is 0.
+    // Missing strengths are 0.
     assert_eq!(joint(|j| j.friction = Some(0.0)), [""; 0]);
     let beyond_nothing = |j: &mut Joint| (j.tension, j.dilation) = (Some(1e6), Some(1.0));
     assert_eq!(joint(beyond_nothing), ["joints.seam.dilation"]);
@@ -187,7 +187,7 @@ fn softening_takes_more_energy_than_the_joint_holds_at_its_peak() {
     assert_eq!(energies([0.3334, 3.999], |_| {}), ["joints.seam.fracture_energy[1]"]);
     assert_eq!(energies([-1.0, 5.0], |_| {}), ["joints.seam.fracture_energy[0]"]);
     assert_eq!(energies([1.0, f64::INFINITY], |_| {}), ["joints.seam.fracture_energy[1]"]);
-    // Only what is lost softens: half of the cohesion takes a quarter of the energy.
+    // Only the lost cohesion softens: half of the cohesion takes a quarter of the energy.
     assert_eq!(energies([1.0, 1.001], |j| j.residual_cohesion = Some(1.2e6)), [""; 0]);
     let no_loss = |j: &mut Joint| {
         (j.residual_cohesion, j.tension) = (j.cohesion, None);

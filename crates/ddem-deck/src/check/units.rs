@@ -1,4 +1,4 @@
-//! Numbers that look as if they were meant in another unit.
+//! Warnings about numbers that look as if they were given in another unit.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -13,13 +13,13 @@ const SOFTEST: f64 = 1e5;
 const LIGHTEST: f64 = 100.0;
 /// Standard gravity `[m/s²]`.
 const GRAVITY: f64 = 9.81;
-/// Angles of friction below this are rather coefficients `[degrees]`.
+/// Friction angles below this are probably coefficients `[degrees]`.
 const SMALLEST: f64 = 2.0;
-/// Strengths, tractions and pressures below this are next to nothing `[Pa]`.
+/// Strengths, tractions and pressures below this are implausibly small `[Pa]`.
 const WEAKEST: f64 = 1e3;
 /// Stiffnesses of joints below this are those of cushions `[Pa/m]`.
 const SLACKEST: f64 = 1e5;
-/// Restitution of critical damping, below which no dashpot that never pulls gets.
+/// Restitution of critical damping, the smallest that a dashpot that never pulls can give.
 const CRITICAL: f64 = 0.135;
 
 fn suspicious(at: impl Into<String>, message: String, help: String) -> Diagnostic {

@@ -8,11 +8,11 @@ use crate::lint::{Code, Diagnostic};
 use crate::schema::names::segment;
 use crate::schema::{ContactTable, Deck, Joint, Stage, StageKind};
 
-/// Part of the resolution of a factor of safety that the tolerance may be.
+/// Largest ratio of the tolerance to the resolution of a factor of safety.
 const FINER: f64 = 0.02;
 
-/// Warnings about contacts, rigid blocks and the used joints, which are given by their numbers in sorted order of the
-/// names.
+/// Warnings about contacts, rigid blocks and the used joints; `used` are their numbers in sorted
+/// order of the names.
 pub(crate) fn warnings(deck: &Deck, used: &BTreeSet<u16>) -> Vec<Diagnostic> {
     let numbered = deck.joints.iter().enumerate();
     let later = |name: &String| {
@@ -38,9 +38,9 @@ pub(crate) fn warnings(deck: &Deck, used: &BTreeSet<u16>) -> Vec<Diagnostic> {
     warnings
 }
 
-/// Warning about contact keys where no contacts are searched for.
+/// Warning about contact keys if no contacts are searched for.
 fn contact_without_effect(deck: &Deck) -> Option<Diagnostic> {
-    // Failed pairs have the damping of contacts.
+    // Failed pairs use the damping of contacts.
     let breaks = deck.joints.values().any(Joint::breaks);
     let others = match breaks {
         true => ContactTable { damping: None, restitution: None, ..deck.contact },
@@ -80,7 +80,8 @@ fn no_support(deck: &Deck) -> Option<Diagnostic> {
     })
 }
 
-/// Warnings about searches for a factor of safety finer than the balance of forces.
+/// Warnings about searches for a factor of safety with a tolerance that is too large for their
+/// resolution.
 fn loose_tolerances(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
     let searches = deck.stage.iter().enumerate();
     let searches = searches.filter(|(_, stage)| stage.kind == StageKind::Safety);
@@ -101,7 +102,8 @@ fn loose_tolerances(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
     })
 }
 
-/// Warnings about forces of removed blocks that vanish at once although they are to fade, or have not faded in the end.
+/// Warnings about forces of removed blocks that vanish at once although they should fade, or that
+/// do not fade completely.
 fn releases(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
     deck.remove.iter().enumerate().filter_map(|(index, remove)| {
         let release = remove.release.filter(|&time| time > 0.0)?;
@@ -139,16 +141,17 @@ fn releases(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
     })
 }
 
-/// In tension the strength in shear falls by tan φ per unit: at c/tan φ none is left.
+/// Warning about a tensile strength that is reached only without shear. In tension the shear
+/// strength falls by tan φ per unit: at c/tan φ it is zero.
 fn unreachable_tension(at: &str, joint: &Joint) -> Option<Diagnostic> {
-    // Roughness has no cohesion, and gives no strength in shear under tension.
+    // With roughness there is no cohesion and no shear strength under tension.
     if joint.jrc.is_some() {
         return None;
     }
     let (tension, cohesion) = (joint.tension?, joint.cohesion.unwrap_or(0.0));
     let slope = libm::tan(joint.friction.unwrap_or(0.0).to_radians());
     let apex = if cohesion > 0.0 { cohesion / slope } else { 0.0 };
-    // A tension that is meant to be the apex is off by rounding.
+    // A tension that is meant to be at the apex may differ from it by rounding.
     (tension > apex * (1.0 + 1e-9)).then(|| {
         let message = format!(
             "the tensile strength of {} Pa is reached only without any shear: the shear strength is zero at a \
@@ -160,7 +163,8 @@ fn unreachable_tension(at: &str, joint: &Joint) -> Option<Diagnostic> {
     })
 }
 
-/// The work of a slip s against a pressure σ is `σ s (tan φ_r − tan ψ)`.
+/// Warning about a dilation above the residual friction. The work of a slip s against a pressure σ
+/// is `σ s (tan φ_r − tan ψ)`.
 fn steep_dilation(at: &str, joint: &Joint) -> Option<Diagnostic> {
     let (dilation, residual) = (joint.dilation?, joint.residual_friction.or(joint.friction)?);
     (dilation > residual).then(|| {

@@ -1,7 +1,8 @@
-//! TOML values into a deck, with mistakes said in the words of the deck.
+//! Conversion of TOML values to a deck, with mistakes in the words of the deck.
 //!
-//! The `toml` crate has a reader of its own, but what it says on a mistake is a line of text about
-//! Rust types. This one knows where it is and what was expected, and goes on after an unknown key.
+//! The reader of the `toml` crate describes a mistake by a line of text about Rust types. This
+//! reader knows the place of the mistake and the expected value, and continues after an unknown
+//! key.
 
 mod access;
 mod mistake;
@@ -20,14 +21,14 @@ use crate::schema::Deck;
 use access::{Entries, Keys, Variant};
 use mistake::{Mistake, describe};
 
-/// The deck, or all mistakes with their places in the text.
+/// Deck of a table, or all mistakes with their places in the text.
 pub(super) fn read(table: &Spanned<DeTable<'_>>) -> Result<Deck, Vec<(Fault, Range<usize>)>> {
     let unknown = RefCell::new(Vec::new());
     let mut mistakes: Vec<Mistake> = Vec::new();
     match Deck::deserialize(Reader::root(table, &[], &unknown)) {
         Ok(deck) if unknown.borrow().is_empty() => return Ok(deck),
         Ok(_) => {}
-        // The rest of the deck was not looked at: each of its parts is now read alone.
+        // Reading stopped at the first mistake, so each part of the deck is now read alone.
         Err(_) => {
             unknown.borrow_mut().clear();
             for part in parts(table.get_ref()) {
@@ -40,7 +41,7 @@ pub(super) fn read(table: &Spanned<DeTable<'_>>) -> Result<Deck, Vec<(Fault, Ran
     mistakes.extend(unknown);
     let mut found: Vec<(Fault, Range<usize>)> = Vec::new();
     for mistake in mistakes.into_iter().map(Mistake::into_fault) {
-        // A section of the wrong type is met once for each of its parts.
+        // A section of the wrong type gives the same mistake once for each of its parts.
         if !found.contains(&mistake) {
             found.push(mistake);
         }
@@ -48,7 +49,7 @@ pub(super) fn read(table: &Spanned<DeTable<'_>>) -> Result<Deck, Vec<(Fault, Ran
     Err(found)
 }
 
-/// A key or an entry to which reading is confined.
+/// Key or entry to which reading is limited.
 #[derive(Clone, Copy)]
 enum Pick<'a> {
     Key(&'a str),
@@ -78,13 +79,13 @@ struct Reader<'a> {
     value: ValueForm<'a>,
     span: Range<usize>,
     place: String,
-    /// The path to which reading is confined; empty for everything.
+    /// Path to which reading is limited; empty for everything.
     picks: &'a [Pick<'a>],
-    /// Unknown keys met so far.
+    /// Unknown keys found so far.
     unknown: &'a RefCell<Vec<Mistake>>,
 }
 
-/// The forms of a value that differ to a deck.
+/// Forms of a value that a deck distinguishes.
 #[derive(Clone, Copy)]
 enum ValueForm<'a> {
     Table(&'a DeTable<'a>),
@@ -152,7 +153,8 @@ impl<'a> Reader<'a> {
         Mistake::new(format!("expected {what}, found {}", describe(self.value))).at(self)
     }
 
-    /// A table, of the `known` keys if given; `what` says what was expected when it is none.
+    /// Reads a table, with only the `known` keys if they are given. `what` describes the expected
+    /// value.
     fn table<V: Visitor<'a>>(
         &self,
         visitor: V,
@@ -267,7 +269,7 @@ impl<'a> Deserializer<'a> for Reader<'a> {
     }
 
     fn deserialize_u64<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Mistake> {
-        // As far as TOML goes, so that what is read can be written.
+        // This limit of TOML integers ensures that every value that is read can be written.
         self.whole(visitor, i64::MAX as u64)
     }
 

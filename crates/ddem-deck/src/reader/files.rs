@@ -1,4 +1,4 @@
-//! The files that a deck names: closed surfaces as STL, topographies as CSV or ESRI ASCII grids.
+//! Files that a deck names: closed surfaces as STL, topographies as CSV or ESRI ASCII grids.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::File;
@@ -11,14 +11,14 @@ use ddem_core::{ErrorCode, Fault, ModelError};
 
 use crate::near::near;
 
-/// Points that a grid of heights may have: more are no grid.
+/// Largest number of points of a grid of heights.
 const MOST_POINTS: usize = 100_000_000;
 
 /// Reads the files that a deck names and that have not been read; paths are relative to `folder`.
 ///
 /// # Errors
 ///
-/// Files that cannot be read, or hold something else.
+/// Files cannot be read, or have other contents.
 pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
     let (mut surfaces, mut grids) = (BTreeMap::new(), BTreeMap::new());
     let mut faults = Vec::new();
@@ -37,8 +37,8 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
     if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
 }
 
-/// Makes the paths of files that a deck names, which are relative to `folder`, relative to the folder of the
-/// program.
+/// Changes the paths of the files that a deck names from relative to `folder` to relative to the
+/// working directory of the program.
 pub fn join_paths(deck: &mut Deck, folder: &Path) {
     for (_, region) in deck.regions_mut() {
         for (_, file) in region.files_mut() {
@@ -51,7 +51,7 @@ pub fn join_paths(deck: &mut Deck, folder: &Path) {
     }
 }
 
-/// Reads a file once, however often a deck names it.
+/// Reads a file only once, even if a deck names it several times.
 fn fill<T>(
     file: &mut FileOf<T>,
     folder: &Path,
@@ -68,7 +68,7 @@ fn fill<T>(
     let path = folder.join(&file.path);
     let open = || {
         let opened = File::open(&path)?;
-        // Opening a folder is no error everywhere.
+        // Some systems open a folder without an error.
         if opened.metadata()?.is_dir() {
             Err(std::io::ErrorKind::IsADirectory.into())
         } else {
@@ -97,7 +97,7 @@ fn fill<T>(
 
 const STL: &str = "a closed surface is an STL file, in text or in binary";
 
-/// The triangles of an STL file, in text or in binary.
+/// Triangles of an STL file, in text or in binary.
 fn triangles(mut file: File) -> Result<Triangles, Fault> {
     let wrong = |error: std::io::Error| {
         Fault::new(ErrorCode::InvalidFile, "", format!("this is no STL file: {error}")).help(STL)
@@ -113,8 +113,8 @@ fn triangles(mut file: File) -> Result<Triangles, Fault> {
     Ok(Triangles(all.map_err(wrong)?))
 }
 
-/// An STL file with a first line that the reader takes: programs begin binary files with "solid", too, and
-/// leave the name in texts out.
+/// STL file with a beginning that the reader accepts. Some programs begin binary files with
+/// "solid", too, and some leave out the name in text files.
 fn plain(mut bytes: Vec<u8>) -> Result<Vec<u8>, Fault> {
     let count = bytes.get(80..84).and_then(|four| <[u8; 4]>::try_from(four).ok());
     let count = count.map(u32::from_le_bytes);
@@ -159,12 +159,12 @@ fn no_grid(message: impl Into<String>) -> Fault {
     Fault::new(ErrorCode::InvalidFile, "", message).help(FORMATS)
 }
 
-/// A number of a file; none where no number is.
+/// Finite number in a text; `None` if there is none.
 fn number(text: &str) -> Option<f64> {
     text.trim().parse().ok().filter(|number: &f64| number.is_finite())
 }
 
-/// Rows of x, y and z in any order, with or without a line of headings.
+/// Heights from rows of x, y and z in any order, with or without a line of headings.
 fn table(text: &str) -> Result<Heights, Fault> {
     let first = text.lines().find(|line| !line.starts_with('#'));
     let separator = match first.unwrap_or_default() {
@@ -206,7 +206,7 @@ fn missing(field: &str) -> bool {
     field.is_empty() || ["nan", "na", "null"].iter().any(|word| field.eq_ignore_ascii_case(word))
 }
 
-/// Points of a grid, sorted.
+/// Heights of a grid, sorted, from its points.
 fn gridded(points: &[[f64; 3]]) -> Result<Heights, Fault> {
     let axis = |k: usize| {
         let mut all: Vec<f64> = points.iter().map(|point| point[k] + 0.0).collect();
@@ -239,7 +239,8 @@ fn gridded(points: &[[f64; 3]]) -> Result<Heights, Fault> {
     Ok(Heights { x, y, z, rim: 0.0 })
 }
 
-/// An ESRI ASCII grid: heights in the middles of cells, the first row in the north.
+/// Heights of an ESRI ASCII grid: they are at the centres of cells, and the first row is in the
+/// north.
 fn raster(text: &str) -> Result<Heights, Fault> {
     let mut words = text.split_whitespace().peekable();
     let mut header = BTreeMap::new();
@@ -310,7 +311,8 @@ pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
     contents
 }
 
-/// Gives a deck what [`file_contents`] of it was; false where that is not there.
+/// Sets the file contents of a deck to those of [`file_contents`]. Returns false if any are
+/// missing.
 pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> bool {
     let mut all = true;
     for (_, region) in deck.regions_mut() {

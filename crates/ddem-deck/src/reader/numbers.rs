@@ -1,8 +1,8 @@
-//! Numbers as people write them, and as TOML wants them.
+//! Numbers as people write them, and as TOML requires them.
 
 use crate::schema::decimal::shifted;
 
-/// Units, and the power of ten that each is of the SI unit.
+/// Units, each with the power of ten that converts it to the SI unit.
 const UNITS: [(&str, i32); 25] = [
     ("Pa", 0),
     ("kPa", 3),
@@ -31,7 +31,7 @@ const UNITS: [(&str, i32); 25] = [
     ("m/s", 0),
 ];
 
-/// Advice for a text that was meant as a number and is none in TOML.
+/// Advice for a text that is meant as a number but is not one in TOML.
 pub(crate) fn hint(text: &str) -> Option<String> {
     let text = text.trim().trim_matches(['"', '\'']);
     let starts = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+');
@@ -65,7 +65,7 @@ pub(crate) fn hint(text: &str) -> Option<String> {
     })
 }
 
-/// A number that TOML takes.
+/// Number as TOML accepts it.
 fn written(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || (1e-3..1e5).contains(&size) {
@@ -75,7 +75,7 @@ fn written(value: f64) -> String {
     }
 }
 
-/// Text between the signs around a place.
+/// Text between the punctuation marks around a position.
 pub(crate) fn word(text: &str, at: usize) -> &str {
     let sign = |c: char| matches!(c, '=' | ',' | '[' | ']' | '{' | '}' | '#' | '\n' | '\r');
     let (before, after) = text.split_at_checked(at).unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The text of a deck, and where in it each key stands.
+//! Text of a deck, with the position of each key.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -7,7 +7,7 @@ use std::sync::Arc;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-/// The text that a deck was read from, with the place of every key.
+/// Text from which a deck was read, with the position of every key.
 #[derive(Clone, Debug)]
 pub struct Source {
     name: Arc<str>,
@@ -50,8 +50,8 @@ impl Source {
 
     /// Location of the value at a [`Fault::place`](ddem_core::Fault::place), in bytes of the text.
     ///
-    /// Of a table with a header it is the header. A key that is not there has no place of its own:
-    /// it is the nearest table around it that the text has, at last the start of the text.
+    /// For a table with a header it is the header. For a missing key it is the nearest enclosing
+    /// table in the text, or else the start of the text.
     pub fn locate(&self, place: &str) -> Range<usize> {
         let mut node = &self.root;
         for segment in segments(place) {
@@ -95,7 +95,7 @@ enum PathSegment {
     Index(usize),
 }
 
-/// The parts of a place such as `materials."hard rock".young` or `blocks[0].size[1]`.
+/// Parts of a place such as `materials."hard rock".young` or `blocks[0].size[1]`.
 fn segments(place: &str) -> Vec<PathSegment> {
     let mut segments = Vec::new();
     let mut letters = place.chars().peekable();

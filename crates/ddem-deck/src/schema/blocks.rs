@@ -1,4 +1,4 @@
-//! Block sets and what changes parts of them.
+//! Sets of blocks, and the entries that change parts of them.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -88,7 +88,7 @@ impl BlockSet {
         }
     }
 
-    /// Names of the joints by the direction of their normal, where given.
+    /// Names of the joints by the direction of their normal, if given.
     pub(crate) fn joints(&self) -> [Option<&str>; 3] {
         match &self.joint {
             Some(JointChoice::All(name)) => [Some(name); 3],
@@ -99,7 +99,7 @@ impl BlockSet {
 }
 
 impl Deck {
-    /// Name of a set for messages: its name, or its place where it has none.
+    /// Name of a set for messages: its name, or its place in the deck if it has none.
     pub(crate) fn set_name(&self, set: usize) -> String {
         self.blocks[set].name.clone().unwrap_or_else(|| format!("blocks[{set}]"))
     }

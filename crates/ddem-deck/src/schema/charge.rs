@@ -94,7 +94,7 @@ pub(crate) const EXPLOSIVES: [(&str, Detonation); 3] = [
 ];
 
 impl Explosive {
-    /// Its numbers; `None` for an unknown name.
+    /// Detonation properties; `None` for an unknown name.
     #[must_use]
     pub fn detonation(&self) -> Option<Detonation> {
         match self {
@@ -116,7 +116,7 @@ impl Detonation {
 }
 
 impl Charge {
-    /// True if its gas expands, so that the pressure depends on the volume.
+    /// True if the gas expands, so that the pressure depends on the volume.
     #[must_use]
     pub fn expands(&self) -> bool {
         match self.history {
@@ -126,7 +126,7 @@ impl Charge {
         }
     }
 
-    /// Adiabatic index of its gas.
+    /// Adiabatic index of the gas, if it is known.
     pub(crate) fn index(&self) -> Option<f64> {
         self.gamma.or_else(|| Some(self.explosive.as_ref()?.detonation()?.gamma))
     }

@@ -201,7 +201,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// Name of the output field that is recorded; a reaction is none.
+    /// Name of the recorded output field; `None` for a reaction.
     #[must_use]
     pub fn field(self) -> Option<&'static str> {
         Some(match self {

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use super::{Deck, Joint};
 use ddem_core::problem::DAMPING;
 
-/// Restitution of critical damping that never pulls, exp(−2).
+/// Restitution of a critical dashpot that never pulls, exp(−2).
 const CRITICAL: f64 = 0.135_335_283_236_612_7;
 
 /// Properties of contacts between blocks without a joint (§9). Keys left out follow from the two faces in contact.
@@ -32,15 +32,15 @@ pub struct ContactTable {
 }
 
 impl ContactTable {
-    /// True if nothing is given.
+    /// True if no key is given.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Damping as a fraction of critical ζ: as given, or that with which a mass rebounds by the
-    /// restitution e from a spring and a dashpot that never pull, `ln e = −2ζ acos ζ/√(1 − ζ²)`;
-    /// below e = exp(−2) it is critical. None where neither is given.
+    /// Damping ζ as a fraction of critical: the given one, or the one with which a mass on a spring
+    /// and a dashpot that never pull rebounds by the restitution e, `ln e = −2ζ acos ζ/√(1 − ζ²)`.
+    /// Below e = exp(−2) it is critical. `None` if neither is given.
     #[must_use]
     pub fn damping_ratio(&self) -> Option<f64> {
         let Some(restitution) = self.restitution.filter(|_| self.damping.is_none()) else {
@@ -51,7 +51,7 @@ impl ContactTable {
         if restitution <= CRITICAL {
             return Some(1.0);
         }
-        // The rebound falls all the way.
+        // The rebound decreases monotonically.
         let (mut low, mut high) = (0.0, 1.0);
         while high - low > 1e-15 {
             let middle = 0.5 * (low + high);
@@ -62,22 +62,23 @@ impl ContactTable {
 }
 
 impl Deck {
-    /// Damping of contacts, of failed pairs and of the blocks around them, as a fraction of critical: that of `contact`,
-    /// or 0.2, but not while waves of charges cross the model.
+    /// Damping of contacts, failed pairs and the blocks around them, as a fraction of critical:
+    /// that of `contact`, or 0.2. It does not act while waves of charges cross the model.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
         self.contact.damping_ratio().unwrap_or(DAMPING)
     }
 
-    /// True if new contacts are searched for: as `model.contact` says; by default with more than one set of
-    /// blocks, or with a used joint that can fail. A single set whose joints never fail stays together.
+    /// True if new contacts are searched for: as `model.contact` says; by default with more than
+    /// one set of blocks, or with a used joint that can fail. A single set whose joints never fail
+    /// stays together.
     #[must_use]
     pub fn finds_contacts(&self) -> bool {
         let any_breaks = || self.used_joints().any(Joint::breaks);
         self.model.contact.unwrap_or_else(|| self.blocks.len() > 1 || any_breaks())
     }
 
-    /// Joints that sets of blocks or assignments name, as often as they do.
+    /// Joints that sets of blocks or assignments name, with repetitions.
     fn used_joints(&self) -> impl Iterator<Item = &Joint> {
         let of_sets = self.blocks.iter().flat_map(|set| set.joints().into_iter().flatten());
         let assigned = self.assign.iter().filter_map(|entry| entry.joint.as_deref());

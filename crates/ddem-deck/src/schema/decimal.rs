@@ -1,13 +1,13 @@
-//! Numbers times powers of ten, without a rounding.
+//! Products of numbers and powers of ten without rounding errors.
 
-/// A number times a power of ten, by its decimal digits: the double that is nearest to what they say.
+/// Number times a power of ten, from its decimal digits: the double nearest to the exact product.
 #[must_use]
 pub(crate) fn shifted(value: f64, power: i32) -> f64 {
     let text = format!("{value:e}");
     let parts = text.split_once('e').and_then(|(digits, exponent)| {
         format!("{digits}e{}", exponent.parse::<i32>().ok()? + power).parse().ok()
     });
-    // What is infinite or no number has no exponent.
+    // Infinity and NaN have no exponent.
     parts.unwrap_or(value)
 }
 

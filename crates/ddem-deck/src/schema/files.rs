@@ -1,4 +1,4 @@
-//! Files that a deck names, and where in it places are named.
+//! Files that a deck names, and the places in the deck that name them.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -11,12 +11,13 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::{Deck, Sheet, Where};
 
-/// A file that a deck names. The deck holds the path; whoever reads the deck puts the content in.
+/// A file that a deck names. The deck holds the path; the program that reads the deck adds the
+/// content.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FileOf<T> {
     /// Path, relative to the deck.
     pub path: String,
-    /// Contents of the file; none as long as it has not been read.
+    /// Contents of the file; `None` until it has been read.
     pub content: Option<Arc<T>>,
 }
 
@@ -31,15 +32,15 @@ pub struct Heights {
     pub x: Vec<f64>,
     /// Coordinates of the rows of the grid, increasing `[m]`.
     pub y: Vec<f64>,
-    /// Heights, x fastest, not a number where there is none, shape `(y, x)` `[m]`.
+    /// Heights, x fastest, NaN where there is none, shape `(y, x)` `[m]`.
     pub z: Vec<f64>,
-    /// Distance by which the outermost heights hold beyond the grid: half a cell of a raster, whose
-    /// heights are those of the middles of its cells `[m]`.
+    /// Distance beyond the grid within which the outermost heights hold `[m]`: half a cell of a
+    /// raster, whose heights are those of the cell centres.
     pub rim: f64,
 }
 
 impl PartialEq for Heights {
-    /// Heights that are missing in both are equal.
+    /// Equality; heights that are missing in both are equal.
     fn eq(&self, other: &Self) -> bool {
         let bits = |z: &[f64]| z.iter().map(|z| z.to_bits()).collect::<Vec<_>>();
         let axes = self.x == other.x && self.y == other.y && self.rim == other.rim;
@@ -104,7 +105,7 @@ pub enum FileIn<'a> {
 }
 
 impl Where {
-    /// The files that it names, each with its place below `where`.
+    /// Files that the region names, each with its place below `where`.
     pub fn files_mut(&mut self) -> impl Iterator<Item = (&'static str, FileIn<'_>)> {
         let inside = self.inside.as_mut().map(|file| ("inside", FileIn::Triangles(file)));
         let sheets = [("above.topography", &mut self.above), ("below.topography", &mut self.below)];
@@ -116,7 +117,7 @@ impl Where {
     }
 }
 
-/// Every `where` of a deck, with its place there.
+/// Every `where` of a deck, with its place in the deck.
 macro_rules! regions {
     ($deck:expr, $iter:ident, $option:ident, $one:ident) => {{
         let mut regions = Vec::new();
@@ -132,7 +133,7 @@ macro_rules! regions {
         $deck.boundary.$iter().enumerate().for_each(|(i, e)| add("boundary", i, $one!(e.region)));
         $deck.initial.$iter().enumerate().for_each(|(i, e)| add("initial", i, $one!(e.region)));
         for (i, probe) in $deck.probe.$iter().enumerate() {
-            // A probe at a point has none.
+            // A probe at a point has no `where`.
             if let Some(region) = probe.region.$option() {
                 add("probe", i, region);
             }
@@ -157,7 +158,7 @@ impl Deck {
         regions!(self, iter, as_ref, shared)
     }
 
-    /// Every `where`, with its place in the deck, to be changed.
+    /// Every `where`, mutable, with its place in the deck.
     pub fn regions_mut(&mut self) -> Vec<(String, &mut Where)> {
         regions!(self, iter_mut, as_mut, exclusive)
     }

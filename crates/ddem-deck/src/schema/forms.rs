@@ -1,7 +1,7 @@
 //! Keys that may be written in several forms, such as `time_step = "auto"` or seconds.
 //!
-//! Each form is read by hand: the derived readers try every form and then cannot say which one
-//! was meant, nor where in it the mistake is.
+//! Each form is read by hand. The derived readers try every form; after a mistake they know neither
+//! the intended form nor the place of the mistake.
 
 use std::fmt;
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Deserializer};
 
 use super::{Damping, Extent, FileOf, Heights, History, JointChoice, Plane, Sheet, TimeStep};
 
-/// The three ways in which a reader hands over a number.
+/// Visitor methods for the three types in which a reader passes a number.
 macro_rules! numbers {
     ($value:ty, $make:expr) => {
         fn visit_f64<E: Error>(self, number: f64) -> Result<$value, E> {
@@ -172,7 +172,7 @@ pub(super) fn time_step<'de, D: Deserializer<'de>>(
     deserializer.deserialize_any(Forms).map(Some)
 }
 
-/// Factor in time that may be left out.
+/// Factor in time that may be missing.
 pub(super) fn optional_history<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<History>, D::Error> {
@@ -265,7 +265,7 @@ pub(super) fn history<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Hist
     deserializer.deserialize_any(Forms)
 }
 
-/// The entry of a table that must have exactly one.
+/// Entry of a table that must have exactly one.
 fn only_entry<'de, A, K, V>(
     mut map: A,
     expected: &dyn serde::de::Expected,

@@ -15,7 +15,7 @@ pub struct LintTable {
 }
 
 impl LintTable {
-    /// True if nothing is given.
+    /// True if no code is given.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.allow.is_empty()
@@ -23,7 +23,7 @@ impl LintTable {
 }
 
 impl Deck {
-    /// True if a diagnostic is reported.
+    /// True if a diagnostic is reported: the deck does not allow it.
     #[must_use]
     pub fn reports(&self, diagnostic: &Diagnostic) -> bool {
         !self.lint.allow.contains(&diagnostic.code)

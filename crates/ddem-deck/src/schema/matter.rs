@@ -86,9 +86,9 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// Normal and shear stiffness per area, k_n and k_s `[Pa/m]` (§5): those given, else
-    /// `(λ + 2G)/t` and `G/t`. `None` where the constants are not complete or the layer of a
-    /// material has no thickness.
+    /// Normal and shear stiffness per area, k_n and k_s `[Pa/m]` (§5): the given ones, otherwise
+    /// `(λ + 2G)/t` and `G/t`. `None` if constants are missing or the layer of a material has no
+    /// thickness.
     #[must_use]
     pub fn stiffness(&self, materials: &BTreeMap<String, Material>) -> Option<[f64; 2]> {
         if let (Some(normal), Some(shear)) = (self.normal_stiffness, self.shear_stiffness) {
@@ -104,7 +104,7 @@ impl Joint {
         layer.then(|| [(lambda + 2.0 * shear) / self.thickness, shear / self.thickness])
     }
 
-    /// True if it can fail: any strength is given.
+    /// True if the joint can fail: any strength is given.
     #[must_use]
     pub fn breaks(&self) -> bool {
         [self.cohesion, self.friction, self.tension, self.jrc, self.jcs].iter().any(Option::is_some)

@@ -1,8 +1,8 @@
-//! Names in decks: how a fault writes them, and which known one was meant.
+//! Names in decks: their form in faults, and the known name that was probably meant.
 
 use std::borrow::Cow;
 
-/// A name as one segment of a [`Fault::place`](ddem_core::Fault::place): as it is where TOML takes it
+/// Name as one segment of a [`Fault::place`](ddem_core::Fault::place): unchanged if TOML accepts it
 /// as a bare key, otherwise in double quotes.
 ///
 /// ```
@@ -19,10 +19,10 @@ pub fn segment(name: &str) -> Cow<'_, str> {
     }
 }
 
-/// The known name that was probably meant, if one is close enough.
+/// Known name that was probably meant, if one is close enough.
 ///
-/// Close is a third of the letters wrong, swapped, missing or too many, in any case, or one name
-/// that begins with the other.
+/// A name is close if at most a third of its letters are wrong, swapped, missing or extra,
+/// regardless of case, or if one name begins with the other.
 ///
 /// ```
 /// # use ddem_deck::names::nearest;
@@ -32,7 +32,8 @@ pub fn segment(name: &str) -> Cow<'_, str> {
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase();
     let length = name.chars().count();
-    // The distance costs the product of both lengths: nobody mistypes a name of that size.
+    // The cost of the distance is the product of both lengths, and nobody mistypes such a long
+    // name.
     if length > 100 {
         return None;
     }
@@ -41,7 +42,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         let shorter = length.min(candidate.chars().count());
         let begins = candidate.starts_with(&name) || name.starts_with(&candidate);
         let wrong = strsim::damerau_levenshtein(&name, &candidate);
-        // A name that begins like another is a guess: any mistyped one comes before it.
+        // A common beginning is only a guess, so every mistyped name comes first.
         if wrong <= (shorter / 3).max(1) && wrong < length {
             Some(wrong)
         } else {

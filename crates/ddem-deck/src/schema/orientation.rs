@@ -45,7 +45,8 @@ fn sin_cos(degrees: f64) -> (f64, f64) {
     }
 }
 
-/// Unit normal of a plane that dips. It points up, or along the dip direction where the plane is upright.
+/// Unit normal of a dipping plane. It points up, or along the dip direction if the plane is
+/// vertical.
 pub(crate) fn normal_of(dip: f64, dip_direction: f64) -> [f64; 3] {
     let ((down, level), (east, north)) = (sin_cos(dip), sin_cos(dip_direction));
     [down * east, down * north, level]
@@ -70,8 +71,8 @@ fn cross([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> [f64; 3] {
     [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 }
 
-/// The edges in which planes with these normals meet: the third one points up, the first one to the side of
-/// its largest component, and together they are right-handed.
+/// Edges in which planes with these normals meet. The third edge points up, the largest component
+/// of the first is positive, and together they are right-handed.
 fn edges_between(normals: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let turned = |edge: [f64; 3], turn: bool| if turn { edge.map(|part| -part) } else { edge };
     let largest = |edge: [f64; 3]| {

@@ -1,4 +1,4 @@
-//! Parts of space: what a `where` can say.
+//! Regions: the keys of a `where`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -56,19 +56,19 @@ pub struct Where {
 }
 
 impl Where {
-    /// True where nothing is named, so that everything is selected.
+    /// True if no key is given, so that everything is selected.
     pub fn is_everywhere(&self) -> bool {
         *self == Self::default()
     }
 
-    /// Number of planes that it names.
+    /// Number of planes that the region names.
     pub(crate) fn n_planes(&self) -> usize {
         let along = [self.x, self.y, self.z];
         let along = along.iter().filter(|extent| matches!(extent, Some(Extent::Plane(_)))).count();
         along + usize::from(self.plane.is_some()) + usize::from(self.side.is_some())
     }
 
-    /// The topographies, by the key that names them.
+    /// Topographies, by the key that names them.
     pub(crate) fn topographies(&self) -> impl Iterator<Item = (&'static str, &FileOf<Heights>)> {
         [("above", &self.above), ("below", &self.below)].into_iter().filter_map(|(key, sheet)| {
             match sheet {
@@ -129,7 +129,8 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Unit normal. It points up or along the dip direction where the plane is given by `dip`.
+    /// Unit normal. If the plane is given by `dip`, the normal points up or along the dip
+    /// direction.
     pub(crate) fn unit_normal(&self) -> [f64; 3] {
         let Some(normal) = self.normal else {
             return normal_of(self.dip.unwrap_or(0.0), self.dip_direction.unwrap_or(0.0));
@@ -179,7 +180,7 @@ pub enum Side {
 }
 
 impl Side {
-    /// Number of the edge, and whether it is its upper end.
+    /// Number of the edge, and true for its upper end.
     pub(crate) fn end(self) -> (usize, bool) {
         match self {
             Self::LowX => (0, false),

@@ -5,16 +5,16 @@ use super::Deck;
 /// Size of a deck's model, from its numbers alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Size {
-    /// Blocks, those taken out included.
+    /// Number of blocks, including removed ones.
     pub blocks: f64,
-    /// Nodes.
+    /// Number of nodes.
     pub nodes: f64,
-    /// Memory that building and running it takes at its peak `[bytes]`.
+    /// Peak memory for building and running the model `[bytes]`.
     pub bytes: f64,
 }
 
 impl Size {
-    /// Of the model that a deck describes. Nothing is allocated.
+    /// Size of the model that a deck describes; nothing is allocated.
     #[must_use]
     pub fn of(deck: &Deck) -> Self {
         let mut size = Self::default();
@@ -41,9 +41,9 @@ impl Size {
             let shares = 3.0 * n * n + 3.0 * n + 8.0;
             // Uneven blocks do not share the tables of their elements and nodes.
             let own = if edges.is_some() { 40e3 + n.powi(3) * 300.0 } else { 0.0 };
-            // Blocks lie side by side in fours.
+            // Blocks are stored in groups of four.
             let blocks = (blocks / 4.0).ceil() * 4.0;
-            // What pairs remember, in the state and in a measurement of it.
+            // History of the pairs, in the state and in a measurement of it.
             let pairs = if can_break { 3.0 * n * n * 104.0 * 2.0 } else { 0.0 };
             size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0 + own + pairs);
         }

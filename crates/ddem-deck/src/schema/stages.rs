@@ -72,7 +72,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// The search of a stage for the factor of safety.
+    /// Search of a stage for the factor of safety.
     #[must_use]
     pub fn search(&self) -> SafetySearch {
         let standard = SafetySearch::default();
@@ -99,12 +99,12 @@ pub enum OnFailure {
 }
 
 impl Deck {
-    /// Number of the stage of a name.
+    /// Number of the stage with a name.
     pub(crate) fn stage_number(&self, name: &str) -> Option<usize> {
         self.stage.iter().position(|stage| stage.name == name)
     }
 
-    /// Stages from the start of one up to the start of another, by their names.
+    /// Range of stages from the start of one to the start of another, by their names.
     pub(crate) fn stage_range(&self, from: Option<&String>, until: Option<&String>) -> StageRange {
         let number = |name: &String| self.stage_number(name);
         StageRange { from: from.and_then(number), until: until.and_then(number) }

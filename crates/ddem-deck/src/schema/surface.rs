@@ -1,23 +1,24 @@
-//! The triangles of a surface with their corners in common.
+//! Triangles of a surface with shared corners.
 
 use std::collections::{BTreeMap, HashMap};
 
 use super::Triangles;
 
-/// Part of the size of a surface within which corners are one.
+/// Distance within which corners are merged, as a fraction of the size of the surface.
 const WELDED: f64 = 1e-6;
 
-/// Triangles of a surface by their corners.
+/// Triangles of a surface, given by their corners.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct SurfaceMesh {
-    /// `[m]`.
+    /// Positions of the corners `[m]`.
     pub(crate) points: Vec<[f64; 3]>,
     /// Triangles with three different corners.
     pub(crate) triangles: Vec<[u32; 3]>,
 }
 
 impl Triangles {
-    /// The triangles with corners that lie on each other made one.
+    /// Triangles with coinciding corners merged; triangles without three different corners are left
+    /// out.
     pub(crate) fn mesh(&self) -> SurfaceMesh {
         let mut low = [f64::INFINITY; 3];
         let mut high = [f64::NEG_INFINITY; 3];
@@ -40,15 +41,15 @@ struct Welder {
     low: [f64; 3],
     reach: f64,
     points: Vec<[f64; 3]>,
-    /// Numbers by the bits of the corner.
+    /// Corner numbers by the bits of the coordinates.
     known: HashMap<[u64; 3], u32>,
-    /// Numbers by the cell of a grid as wide as corners may miss.
+    /// Corner numbers by the cell of a grid whose width is the merging distance.
     cells: HashMap<[i64; 3], Vec<u32>>,
 }
 
 impl Welder {
     fn number(&mut self, corner: [f64; 3]) -> u32 {
-        // Without the sign of zero.
+        // Adding 0 removes the sign of zero.
         let bits = corner.map(|x| (x + 0.0).to_bits());
         if let Some(&number) = self.known.get(&bits) {
             return number;
@@ -65,7 +66,7 @@ impl Welder {
         number
     }
 
-    /// The lowest number of a corner that is near enough.
+    /// Lowest number of a corner within the merging distance.
     fn beside(&self, corner: [f64; 3], cell: [i64; 3]) -> Option<u32> {
         let near = |number: &&u32| {
             let other = self.points[**number as usize];
@@ -79,7 +80,8 @@ impl Welder {
 }
 
 impl SurfaceMesh {
-    /// Number of triangles along each edge, the lower node first, and of those the other way.
+    /// Numbers of triangles that pass each edge from the lower node to the higher one, and the
+    /// other way.
     fn edges(&self) -> BTreeMap<[u32; 2], [usize; 2]> {
         let mut edges = BTreeMap::new();
         for [a, b, c] in &self.triangles {
@@ -91,13 +93,14 @@ impl SurfaceMesh {
         edges
     }
 
-    /// Edges that an odd number of triangles have.
+    /// Edges of an odd number of triangles.
     pub(crate) fn open_edges(&self) -> Vec<[u32; 2]> {
         let open = |(_, ways): &([u32; 2], [usize; 2])| (ways[0] + ways[1]) % 2 == 1;
         self.edges().into_iter().filter(open).map(|(edge, _)| edge).collect()
     }
 
-    /// True where all triangles are turned to the same side: along each edge as many go one way as the other.
+    /// True if all triangles are oriented to the same side: equally many pass each edge in both
+    /// directions.
     pub(crate) fn is_turned_one_way(&self) -> bool {
         self.edges().values().all(|[there, back]| there == back)
     }

@@ -1,4 +1,4 @@
-//! The outer loop: the stages of a deck, files, checkpoints.
+//! Outer loop of a run: stages of a deck, files and checkpoints.
 
 use std::collections::BTreeMap;
 
@@ -22,8 +22,8 @@ use crate::folder::{self, Earlier, Folder};
 ///
 /// # Errors
 ///
-/// What is wrong with the deck or the folder, before anything runs or is written; a run that
-/// fails, with what was written so far intact.
+/// The deck or the folder is wrong; nothing has then run or been written. The run fails; the files
+/// written so far are then intact.
 pub fn run(
     deck: &Deck,
     source: &Source,
@@ -33,15 +33,15 @@ pub fn run(
     let threads = options.threads.unwrap_or(0);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| RunFailure::Threads { threads, error: Box::new(error) })?;
-    // Entered once: every step forks from inside.
+    // The pool is entered once; every step forks inside of it.
     pool.install(|| Drive::start(deck, source, options, observer)?.run())
 }
 
 /// End of a stage.
 enum Ended {
-    /// The observer wanted to stop; a checkpoint is written.
+    /// The observer stopped the run; a checkpoint has been written.
     Interrupted,
-    /// The stage is done; the run ends with it where a failure is given.
+    /// The stage is done; the run ends after it if there is a failure.
     Done(Option<RunFailure>),
 }
 
@@ -60,7 +60,7 @@ impl<'a> Drive<'a> {
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
         let Built { site, model, samplers } = prepare(deck, source, available_memory())?;
-        // Frames where nothing ever moves are one apart.
+        // Frames of a deck without dynamic stages are 1 s apart.
         let mut recorder = Recorder::new(samplers, nudge(deck, 1.0));
         let name = std::path::Path::new(source.name());
         let name = name.file_name().map_or(source.name().into(), |n| n.to_string_lossy());
@@ -92,7 +92,7 @@ impl<'a> Drive<'a> {
             let mut fresh = Simulation::with_simd(model, options.simd);
             fresh.stop_when(observer.stop_flag());
             check_steps(&mut fresh, &deck.stage).map_err(|failure| located(failure, source))?;
-            // Only now is everything known to be right: from here on files are written.
+            // All checks have passed; only now are files written.
             folder = open()?;
             recorder.create(&folder, fresh.model())?;
             session = Session::assemble(site, fresh, recorder, text);
@@ -130,7 +130,7 @@ impl<'a> Drive<'a> {
         Ok(Outcome::Done(Box::new(self.session)))
     }
 
-    /// One stage, from its start or from where a checkpoint left it.
+    /// Runs one stage from its start or from a checkpoint.
     fn stage(&mut self, stage: &Stage, stages: &[Stage]) -> Result<Ended, RunFailure> {
         let Self { observer, folder, session: Session { moved, text, .. }, options } = self;
         let mut start = None;
@@ -168,7 +168,8 @@ impl<'a> Drive<'a> {
         let (Some(failure), Some(start)) = (&failure, start) else {
             return Ok(Ended::Done(failure));
         };
-        // How far a slope is from standing is asked all the more where it does not stand.
+        // The factor of safety matters most for a slope that fails. The search starts from the
+        // state before this stage.
         moved.simulation = moved.simulation.back_to(&start).map_err(failed(stage))?;
         let MovedBy { site, cursor, .. } = moved;
         let at = stage_place(site.deck(), stage);
@@ -180,13 +181,13 @@ impl<'a> Drive<'a> {
     }
 }
 
-/// True where a stage looks for the equilibrium whose factor of safety the next stage finds.
+/// True if a stage finds the equilibrium whose factor of safety the next stage searches for.
 fn is_for_safety(stage: &Stage, next: Option<&Stage>) -> bool {
     let searches = next.is_some_and(|next| next.kind == StageKind::Safety);
     searches && stage.kind == StageKind::Relax && stage.on_failure.is_none()
 }
 
-/// A file that the deck names and that is not what it was.
+/// Path of a file that the deck names and whose contents have changed.
 fn changed(deck: &Deck, before: &BTreeMap<String, Vec<f64>>) -> Option<String> {
     let bits = |numbers: &[f64]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
     let differs = |(path, now): &(String, Vec<f64>)| {
@@ -195,7 +196,8 @@ fn changed(deck: &Deck, before: &BTreeMap<String, Vec<f64>>) -> Option<String> {
     ddem_deck::file_contents(deck).into_iter().find(differs).map(|(path, _)| path)
 }
 
-/// `seconds` is the wall time that the running stage has taken since it began or went on `[s]`.
+/// Writes a checkpoint. `seconds` is the wall time of the running stage since it began or was
+/// resumed `[s]`.
 fn checkpoint(
     moved: &mut MovedBy,
     (folder, text): (&Folder, &str),

@@ -17,7 +17,7 @@ pub enum RunFailure {
     /// The deck is wrong.
     #[error(transparent)]
     Deck(#[from] DeckError),
-    /// The model that a program wants is wrong.
+    /// The model that a program describes is wrong.
     #[error(transparent)]
     Model(#[from] ModelError),
     /// The results folder cannot be used.
@@ -42,15 +42,15 @@ pub enum RunFailure {
     /// The threads could not be started.
     #[error("cannot start {threads} threads: {error}")]
     Threads {
-        /// Threads asked for.
+        /// Requested number of threads.
         threads: usize,
         /// Cause.
         error: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The observer wanted it to stop before anything was written.
+    /// The observer stopped the run before anything was written.
     #[error("stopped before the first step")]
     Stopped,
-    /// A stage could not go on. What was written so far is intact.
+    /// A stage could not continue. The files written so far are intact.
     #[error("stage `{stage}`: {error}")]
     Stage {
         /// Name of the stage.
@@ -58,7 +58,7 @@ pub enum RunFailure {
         /// Error of the simulation.
         error: RunError,
     },
-    /// A result file could not be written. What was written before is intact.
+    /// A result file could not be written. The files written before are intact.
     #[error(transparent)]
     Output(#[from] OutputError),
     /// Another simulation has written results to a folder since this one did.
@@ -83,7 +83,7 @@ pub enum RunFailure {
 ddem_core::debug_as_display!(RunFailure);
 
 impl RunFailure {
-    /// True if it ended on request.
+    /// True if the run ended on request.
     #[must_use]
     pub fn is_stopped(&self) -> bool {
         matches!(self, Self::Stopped | Self::Stage { error: RunError::Stopped, .. })
@@ -105,7 +105,8 @@ impl RunFailure {
         }
     }
 
-    /// Exit status of a command that ends so: 2 when nothing has run, 1 when the run failed.
+    /// Exit status of a command that ends with this failure: 2 if nothing has run, 1 if the run
+    /// failed.
     #[must_use]
     pub fn exit_status(&self) -> u8 {
         match self {

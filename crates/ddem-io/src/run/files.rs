@@ -14,19 +14,20 @@ use crate::folder::Folder;
 use crate::tables::Table;
 use crate::vtkhdf::{FieldSpec, NumberType, PointOwner, Writer};
 
-/// Frames of a dynamic stage when the deck does not say.
+/// Default number of frames of a dynamic stage.
 pub(super) const DEFAULT_FRAMES: u64 = 20;
 
-/// The first columns of `fragments.csv`, the number of a fragment and that of its blocks, are whole.
+/// Number of leading columns of `fragments.csv` with whole numbers: number of the fragment and
+/// number of its blocks.
 const WHOLE: usize = 2;
 
 /// All files that grow during a run.
 #[derive(Debug)]
 pub(super) struct Files {
     blocks: Writer,
-    /// Only of a model with joints: some readers stumble over a mesh without cells.
+    /// Only for a model with joints, since some readers cannot handle a mesh without cells.
     joints: Option<Writer>,
-    /// Only of a model whose blocks can meet.
+    /// Only for a model whose blocks can come into contact.
     contacts: Option<Writer>,
     pub(super) probes: Table,
     pub(super) energy: Table,
@@ -34,7 +35,7 @@ pub(super) struct Files {
     frames: Table,
     /// Time of the last frame in the files.
     last_frame: f64,
-    /// Time between frames that would share one `[s]`.
+    /// Time shift between frames of equal time `[s]`.
     nudge: f64,
 }
 
@@ -55,7 +56,7 @@ impl Files {
         columns: &[&str],
         nudge: f64,
     ) -> Result<Self, OutputError> {
-        // One after the other: there is only one mesh at a time.
+        // The files are created one after the other, so that only one mesh exists at a time.
         let create = |path, mesh: OutputMesh, joints| {
             Writer::create(path, &mesh.grid, &mesh.constants(), &specs(model, joints))
         };
@@ -79,7 +80,7 @@ impl Files {
         })
     }
 
-    /// Opens the files of an earlier run and cuts them where the checkpoint was.
+    /// Opens the files of an earlier run and cuts them at the position of the checkpoint.
     pub(super) fn reopen(
         folder: &Folder,
         model: &Model,
@@ -106,18 +107,18 @@ impl Files {
         })
     }
 
-    /// Nothing has been written yet.
+    /// True if no frame has been written yet.
     pub(super) fn are_new(&self) -> bool {
         self.last_frame == f64::NEG_INFINITY
     }
 
-    /// One time step in the files for ParaView.
+    /// Writes one time step to the files for ParaView.
     pub(super) fn frame(
         &mut self,
         simulation: &mut Simulation,
         stage: &str,
     ) -> Result<(), OutputError> {
-        // Times must grow: relaxation takes none, so its frames are put a little apart.
+        // Times must increase. Relaxation takes no time, so its frames are shifted a little.
         let now = simulation.time();
         let time = if now > self.last_frame { now } else { self.last_frame + self.nudge };
         self.last_frame = time;
@@ -134,12 +135,13 @@ impl Files {
                 CONTACT_FIELDS[at].fill(&contacts[rows], out);
             })?;
         }
-        // At once, after the others: what has a row is there for those who read while it runs.
+        // This row is written at once and last, so that programs that read during the run find
+        // complete frames.
         self.frames.row(stage, simulation.steps(), now, &[time])?;
         self.frames.flush()
     }
 
-    /// The fragments at the end of a stage.
+    /// Writes the fragments at the end of a stage.
     pub(super) fn fragments(
         &mut self,
         simulation: &mut Simulation,
@@ -153,7 +155,7 @@ impl Files {
         Ok(())
     }
 
-    /// Everything so far safely on the disk, and how far that is.
+    /// Writes everything so far safely to the disk and returns the position in the files.
     pub(super) fn sync(&mut self) -> Result<Position, OutputError> {
         self.blocks.sync()?;
         self.joints.iter().chain(&self.contacts).try_for_each(Writer::sync)?;
@@ -171,8 +173,8 @@ impl Files {
     }
 }
 
-/// Frames of a relaxation are a millionth of the shortest time between frames of motion apart, or
-/// `still` where the deck has none.
+/// Time shift between frames of a relaxation `[s]`: a millionth of the shortest time between frames
+/// of dynamic stages, or `still` if the deck has none.
 pub(super) fn nudge(deck: &Deck, still: f64) -> f64 {
     let between = deck.stage.iter().filter_map(|stage| {
         let frames = stage.frames.unwrap_or(DEFAULT_FRAMES) as f64;

@@ -1,10 +1,10 @@
-//! The meshes of the result files, with what never changes on them.
+//! Meshes of the result files, with their constant fields.
 
 use ddem_core::Model;
 
 use crate::vtkhdf::{Cells, Constant, Grid, Location};
 
-/// A mesh and its constant fields of one whole number each.
+/// Mesh with constant fields of one whole number each.
 pub(super) struct OutputMesh {
     pub(super) grid: Grid,
     fields: Vec<(&'static str, Location, Vec<i32>)>,
@@ -19,7 +19,7 @@ impl OutputMesh {
     }
 }
 
-/// The hex8 elements of the bodies: points are reference positions.
+/// Mesh of the hex8 elements of the blocks; points are reference positions.
 pub(super) fn blocks(model: &Model) -> OutputMesh {
     let points = (0..model.n_nodes()).map(|node| model.point(node)).collect();
     let cells = (0..model.n_blocks()).flat_map(|block| model.hexes(block)).collect();
@@ -37,7 +37,8 @@ pub(super) fn blocks(model: &Model) -> OutputMesh {
     OutputMesh { grid: Grid { points, cells: Cells::Hexahedra(cells) }, fields }
 }
 
-/// The joint elements seen along their normals: points lie between the nodes of each pair.
+/// Mesh of the joint elements as seen along their normals; points lie between the nodes of each
+/// pair.
 pub(super) fn joints(model: &Model) -> OutputMesh {
     let points = model.pairs().map(|pair| pair.point).collect();
     let joint = model.pairs().map(|pair| i32::from(pair.joint)).collect();

@@ -1,4 +1,4 @@
-//! Stages of a session: begun, advanced from pause to pause, ended.
+//! Stages that a session begins, advances from pause to pause, and ends.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,7 +15,7 @@ use super::stage::{Halt, MovedBy, Running, StageProgress};
 use super::{Event, Observer, RunFailure};
 use crate::folder::Folder;
 
-/// A stage that a session has begun and not ended.
+/// A stage that a session has begun but not ended.
 #[derive(Debug)]
 pub struct OpenStage {
     stage: Stage,
@@ -27,11 +27,11 @@ pub struct OpenStage {
 /// Status of a stage after [`advance`](Session::advance).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StageStatus {
-    /// At its end.
+    /// The stage is at its end.
     Done,
-    /// At a pause that is due.
+    /// The stage is at a pause that is due.
     Paused,
-    /// Stopped by the observer.
+    /// The observer stopped the stage.
     Stopped,
 }
 
@@ -40,19 +40,21 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// It comes before the present one; the fault names `place`.
+    /// The stage comes before the present one; the fault names `place`.
     pub fn enter(&mut self, stage: usize, place: &str) -> Result<(), Fault> {
         let MovedBy { site, simulation, .. } = &mut self.moved;
         enter(site, simulation, stage, place)
     }
 
-    /// Moves the simulation through a stage, which need not be one of its deck, nor have a name: if
-    /// the deck has one of that name its supports and loads come into force, unless they are;
-    /// otherwise those of the stage that was [entered](Simulation::enter) last stay. With a folder
-    /// the results are written there, as those of a deck are: what one session writes to one folder
-    /// is one run, and the files are complete after each stage.
+    /// Moves the simulation through a stage, which need neither belong to the deck nor have a name.
+    /// If the deck has a stage of that name, its supports and loads come into force, unless they
+    /// are in force already. Otherwise those of the stage that was [entered](Simulation::enter)
+    /// last remain. With a folder the results are written there like those of a deck. All results
+    /// that one session writes to one folder are one run, and the files are complete after each
+    /// stage.
     ///
-    /// False when the observer stopped it: the simulation can go on from where it is.
+    /// Returns false if the observer stopped the stage; the simulation can continue from its
+    /// present state.
     ///
     /// # Errors
     ///
@@ -72,11 +74,12 @@ impl Session {
         Ok(done)
     }
 
-    /// Begins a stage that [`advance`](Self::advance) moves and [`end`](Self::end) must end, for a
-    /// program that reads the simulation in between. [`stage`](Self::stage) does all three.
-    /// `pauses` is the time between pauses in a dynamic stage, rounded to whole steps `[s]`.
+    /// Begins a stage for a program that reads the simulation in between.
+    /// [`advance`](Self::advance) moves the stage and [`end`](Self::end) must end it;
+    /// [`stage`](Self::stage) does all three. `pauses` is the time between pauses in a dynamic
+    /// stage, rounded to whole steps `[s]`.
     ///
-    /// `None` if the observer stopped it.
+    /// `None` if the observer stopped the stage.
     ///
     /// # Errors
     ///
@@ -131,8 +134,8 @@ impl Session {
         })
     }
 
-    /// Ends a stage and its files. With `done` it ends as at its last step; without, the simulation
-    /// stays where it was stopped.
+    /// Ends a stage and its files. With `done` the stage ends as at its last step; otherwise the
+    /// simulation stays where it was stopped.
     ///
     /// # Errors
     ///
@@ -155,7 +158,7 @@ impl Session {
         closed
     }
 
-    /// Does something that ends early when the flag is set.
+    /// Runs `work`, which ends early if the flag is set.
     fn stoppable<T>(
         &mut self,
         flag: Arc<AtomicBool>,
@@ -167,8 +170,8 @@ impl Session {
         done
     }
 
-    /// Looks whether a stage can begin, brings its supports and loads into force and opens its files.
-    /// None when it was stopped.
+    /// Checks that a stage can begin, brings its supports and loads into force and opens its files.
+    /// Returns `None` if the observer stopped it.
     fn prepare(
         &mut self,
         stage: &Stage,
@@ -205,7 +208,7 @@ impl Session {
         Ok(Some(folder))
     }
 
-    /// A stage without a name gets one that tells its kind and its number.
+    /// Copy of a stage; if it has no name, it gets one with its kind and number.
     fn named(&self, stage: &Stage) -> Stage {
         let mut named = stage.clone();
         if named.name.is_empty() {
@@ -220,7 +223,7 @@ impl Session {
 ///
 /// # Errors
 ///
-/// It comes before the present one; the fault names `place`.
+/// The stage comes before the present one; the fault names `place`.
 pub(super) fn enter(
     site: &BuiltDeck,
     simulation: &mut Simulation,

@@ -11,20 +11,22 @@ use ddem_deck::{SafetySearch, Stage, StageKind, TimeStep};
 pub struct Plan {
     /// Name of the stage.
     pub name: String,
-    /// Trials of a safety stage, at most; 0 in others.
+    /// Largest number of trials of a safety stage; 0 in other stages.
     pub trials: u64,
-    /// Steps; the most, in a relaxation.
+    /// Number of steps; in relaxation the largest number.
     pub steps: u64,
     /// Time step `[s]`; 0 in relaxation.
     pub time_step: f64,
-    /// Steps and time step `[s]` if joints fail in the first step: automatic ones may be shorter then.
+    /// Steps and time step `[s]` if joints fail in the first step; automatic steps may then be
+    /// shorter.
     pub broken: Option<(u64, f64)>,
-    /// Estimate of the wall time, with joints that hold `[s]`.
+    /// Estimated wall time while joints hold `[s]`.
     pub seconds: f64,
 }
 
 impl Plan {
-    /// With joints that hold; `automatic` is the step of a dynamic stage that gives none.
+    /// Plan of a stage while joints hold. `automatic` is the time step of a dynamic stage that
+    /// gives none.
     fn new(stage: &Stage, automatic: f64) -> Self {
         let name = stage.name.clone();
         if stage.kind != StageKind::Dynamic {
@@ -53,7 +55,8 @@ pub(super) fn plans(simulation: &mut Simulation, stages: &[Stage]) -> Vec<Plan> 
     stages.iter().map(plan).collect()
 }
 
-/// Trials after which a search ends: two at the ends of the bracket, then two that leave a third of it.
+/// Number of trials after which a search ends: two at the ends of the bracket, then pairs of trials
+/// that each leave a third of it on a logarithmic scale.
 fn trials(search: &SafetySearch) -> u64 {
     let [stable, unstable] = search.bracket;
     let (mut trials, mut ratio) = (2, unstable / stable);
@@ -67,7 +70,7 @@ fn steps(stage: &Stage, time_step: f64) -> u64 {
     (stage.duration.unwrap_or(0.0) / time_step - 1e-9).ceil().max(1.0) as u64
 }
 
-/// Takes in what stages become once joints fail, and how long a step takes.
+/// Adds to the plans the time steps after failure of joints and the wall times.
 pub(super) fn estimate(simulation: &mut Simulation, stages: &[Stage], plans: &mut [Plan]) {
     for (stage, plan) in stages.iter().zip(&mut *plans) {
         let given = matches!(stage.time_step, Some(TimeStep::Seconds(_)));
@@ -82,8 +85,9 @@ pub(super) fn estimate(simulation: &mut Simulation, stages: &[Stage], plans: &mu
     plans.iter_mut().take(1).for_each(|plan| plan.seconds += once);
 }
 
-/// Extra wall time of the first step, which includes everything done only once, such as joints that fail at once, and
-/// the wall time of later steps, from a few of them `[s]`.
+/// Extra wall time of the first step, and wall time of each later step, measured over a few steps
+/// `[s]`. The first step includes everything that is done only once, such as joints that fail at
+/// once.
 fn pace(simulation: &mut Simulation) -> [f64; 2] {
     let start = Instant::now();
     if simulation.step().is_err() {
@@ -102,7 +106,7 @@ impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { name, trials, steps, time_step, broken, seconds } = self;
         if *time_step == 0.0 {
-            // The most steps that it may take say nothing of how long it will take.
+            // The largest number of steps does not show how long the stage will take.
             let each = seconds / *steps as f64;
             let time = wall_time(1000.0 * each);
             write!(f, "stage {name}: ")?;
@@ -119,7 +123,7 @@ impl fmt::Display for Plan {
     }
 }
 
-/// A wall time for people.
+/// Wall time as text.
 fn wall_time(seconds: f64) -> String {
     match seconds {
         s if s < 0.1 => format!("{:.0} ms", 1e3 * s),
@@ -136,7 +140,8 @@ mod tests {
 
     #[test]
     fn trials_of_a_search_are_known() {
-        // A third of the logarithm of what is left for each two: ln 3 / 3⁶ is below 0.005 / 3, ln 3.75 / 3⁶ above.
+        // Each two trials leave a third of the logarithm: ln 3 / 3⁶ is below 0.005 / 3, ln 3.75 /
+        // 3⁶ above.
         for (bracket, expected) in [([1.0, 3.0], 14), ([0.8, 3.0], 16), ([1.0, 1.004], 2)] {
             assert_eq!(
                 trials(&SafetySearch { bracket, ..SafetySearch::default() }),

@@ -1,19 +1,19 @@
-//! Probes: what they look at, and their numbers.
+//! Probes: their nodes or elements, and their values.
 
 use ddem_core::{ErrorCode, Fault, Field, FieldLocation, Model, Simulation};
 use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Deck, Probe, Quantity};
 
-/// A probe with its nodes and elements found.
+/// A probe with its nodes or elements.
 #[derive(Clone, Debug)]
 pub(super) struct Sampler {
     pub(super) name: String,
     pub(super) components: &'static [&'static str],
-    /// The field that it looks at; without one, at reactions.
+    /// Recorded field; `None` for reactions.
     field: Option<&'static Field>,
     /// Nodes or elements by their numbers, with their blocks.
     values: Vec<Value>,
-    /// Warning.
+    /// Warning about removed blocks, if there is one.
     pub(super) warning: Option<Diagnostic>,
     pub(super) every: Option<f64>,
     pub(super) every_steps: u64,
@@ -78,7 +78,8 @@ impl Sampler {
         })
     }
 
-    /// Its numbers now: means over what is there, and none where nothing is left.
+    /// Present values: the sum of reactions, or the mean of a field over the remaining blocks; NaN
+    /// if none is left.
     pub(super) fn sample(&self, simulation: &mut Simulation) -> Vec<f64> {
         let Some(field) = self.field else {
             let nodes: Vec<u32> = self.values.iter().map(|node| node.number as u32).collect();
@@ -94,12 +95,12 @@ impl Sampler {
                 count += 1.0;
             }
         }
-        // Not a number where there is nothing.
+        // The mean is NaN if no block is left.
         sum.iter().map(|sum| sum / count).collect()
     }
 }
 
-/// The field that a quantity is; none of reactions.
+/// Output field of a quantity; `None` for reactions.
 fn field(quantity: Quantity, index: usize, model: &Model) -> Result<Option<&'static Field>, Fault> {
     let Some(name) = quantity.field() else { return Ok(None) };
     let found = ddem_core::fields(model)
@@ -130,7 +131,7 @@ fn removed(
     Some(Diagnostic::warning(Code::ProbeOfRemovedBlocks, format!("probe[{index}]"), message))
 }
 
-/// Rigid blocks have none.
+/// Checks that no element belongs to a rigid block, which has no stress.
 fn stress_is_there(index: usize, elements: &[Value], model: &Model) -> Result<(), Fault> {
     let mut blocks = elements.iter().map(|element| element.block);
     let Some(block) = blocks.find(|&block| model.is_rigid(block)) else { return Ok(()) };

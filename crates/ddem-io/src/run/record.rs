@@ -10,9 +10,9 @@ use super::probe::Sampler;
 use crate::OutputError;
 use crate::folder::Folder;
 
-/// Samples of a probe in a dynamic stage when the deck does not say.
+/// Default number of samples of a probe in a dynamic stage.
 const DEFAULT_SAMPLES: u64 = 1000;
-/// Rows of `energy.csv` in a dynamic stage, and steps between them in a relaxation.
+/// Rows of `energy.csv` in a dynamic stage, and steps between rows in a relaxation.
 const ENERGY_ROWS: u64 = 200;
 const ENERGY_STEPS: u64 = 100;
 
@@ -27,16 +27,16 @@ pub(super) struct Schedule {
 
 #[derive(Clone, Copy, Debug)]
 enum Due {
-    /// Every so many steps, and at the end.
+    /// At the multiples of a number of steps, and at the end.
     Every(u64),
-    /// This many times in this many steps.
+    /// A number of times, spread evenly over a number of steps.
     Times(u64, u64),
-    /// At the end alone.
+    /// Only at the end.
     End,
 }
 
 impl Due {
-    /// Seconds, rounded to whole steps.
+    /// Interval in seconds, rounded to whole steps.
     fn seconds(every: f64, time_step: f64) -> Self {
         Self::Every(((every / time_step).round() as u64).max(1))
     }
@@ -45,7 +45,7 @@ impl Due {
         match self {
             Self::Every(every) => step.is_multiple_of(every),
             Self::Times(times, steps) => {
-                // Step k·steps/times, rounded: is one of them here?
+                // True if this is step k·steps/times, rounded, for some k.
                 let k = (step as f64 * times as f64 / steps as f64).round();
                 (k * steps as f64 / times as f64).round() as u64 == step
             }
@@ -86,25 +86,25 @@ impl Schedule {
         }
     }
 
-    /// With looks at the simulation so often `[s]`, if at all.
+    /// Same schedule with looks at the simulation at an interval `[s]`, if one is given.
     pub(super) fn looking(self, every: Option<f64>, time_step: f64) -> Self {
         Self { looks: every.map_or(Due::End, |every| Due::seconds(every, time_step)), ..self }
     }
 
-    /// True where a look at the simulation is due after one of the steps.
+    /// True if a look at the simulation is due after one of the steps.
     pub(super) fn looks(&self, mut steps: RangeInclusive<u64>) -> bool {
         steps.any(|step| self.looks.at(step))
     }
 }
 
-/// Samples of probes, and the files that grow during a run where files are wanted.
+/// Samples of probes and, if a folder is given, the files that grow during a run.
 #[derive(Debug)]
 pub(super) struct Recorder {
     pub(super) samplers: Vec<Sampler>,
     files: Option<Files>,
     /// Time shift between frames at equal times.
     nudge: f64,
-    /// Step and time of the last samples that were told.
+    /// Step and time of the last reported samples.
     last_told: Option<(u64, f64)>,
 }
 
@@ -116,13 +116,13 @@ impl Recorder {
         Self { samplers, files: None, nudge, last_told: None }
     }
 
-    /// Writes into new files.
+    /// Creates new files.
     pub(super) fn create(&mut self, folder: &Folder, model: &Model) -> Result<(), OutputError> {
         self.files = Some(Files::create(folder, model, &self.columns(), self.nudge)?);
         Ok(())
     }
 
-    /// Goes on with the files of an earlier run, cut where they had got to.
+    /// Continues the files of an earlier run, cut at `position`.
     pub(super) fn reopen(
         &mut self,
         folder: &Folder,
@@ -133,7 +133,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Writes to no file any more.
+    /// Closes the files; nothing more is written.
     pub(super) fn close(&mut self) {
         self.files = None;
     }
@@ -142,8 +142,8 @@ impl Recorder {
         self.samplers.iter().flat_map(|s| s.columns.iter().map(String::as_str)).collect()
     }
 
-    /// Writes what is due after a step of a stage; at its end everything, but for what the last
-    /// step has written already when the end took none.
+    /// Writes the records that are due after a step of a stage. At its end all records are due,
+    /// except those that the last step has already written if the end takes no step.
     pub(super) fn after_step(
         &mut self,
         simulation: &mut Simulation,
@@ -170,7 +170,7 @@ impl Recorder {
         Ok(())
     }
 
-    /// Frame and sample 0, unless they have been taken.
+    /// Writes frame and sample 0, unless they have been written.
     pub(super) fn start(
         &mut self,
         simulation: &mut Simulation,
@@ -220,7 +220,7 @@ impl Recorder {
         files.energy.row(stage, simulation.steps(), simulation.time(), &energy)
     }
 
-    /// One time step in the files for ParaView.
+    /// Writes one time step to the files for ParaView.
     pub(super) fn frame(
         &mut self,
         simulation: &mut Simulation,
@@ -229,7 +229,7 @@ impl Recorder {
         self.files.as_mut().map_or(Ok(()), |files| files.frame(simulation, stage))
     }
 
-    /// The fragments at the end of a stage.
+    /// Writes the fragments at the end of a stage.
     pub(super) fn fragments(
         &mut self,
         simulation: &mut Simulation,
@@ -238,7 +238,7 @@ impl Recorder {
         self.files.as_mut().map_or(Ok(()), |files| files.fragments(simulation, stage))
     }
 
-    /// Everything so far safely on the disk, and how far that is.
+    /// Writes everything so far safely to the disk and returns the position in the files.
     pub(super) fn sync(&mut self) -> Result<Position, OutputError> {
         self.files.as_mut().map_or(Ok(Position::default()), Files::sync)
     }

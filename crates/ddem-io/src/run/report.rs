@@ -13,7 +13,7 @@ use super::plan::{Plan, estimate, plans};
 use super::probe::Sampler;
 use super::warnings::stage_place;
 
-/// Size of a model and what running it will take.
+/// Size of a model and estimates of its run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
     /// Title of the deck.
@@ -32,18 +32,18 @@ pub struct Report {
     pub breakable_joints: u64,
     /// Pairs of facing nodes that can fail.
     pub breakable_pairs: u64,
-    /// Pairs of blocks that are near each other at the start and that no joint holds; none where no
-    /// contacts are looked for.
+    /// Pairs of blocks without a joint that are near each other at the start; `None` if contacts
+    /// are not searched for.
     pub near: Option<u64>,
-    /// Sets that touch, and the joint that joins them or none.
+    /// Sets that touch, with the joint that joins them, if there is one.
     pub interfaces: Vec<Interface>,
-    /// Critical time step `[s]`; not a number when no stage needs it.
+    /// Critical time step `[s]`; NaN if no stage needs it.
     pub critical_step: f64,
     /// Memory that a run needs `[bytes]`.
     pub bytes: u64,
     /// Size of each charge before it detonates.
     pub charges: Vec<ChargeSize>,
-    /// Blocks that curved and slanted shapes have selected.
+    /// Blocks that curved and slanted regions have selected.
     pub selections: Vec<Selection>,
     /// Estimate of each stage.
     pub stages: Vec<Plan>,
@@ -51,10 +51,10 @@ pub struct Report {
     pub warnings: Vec<Diagnostic>,
 }
 
-/// Steps that a stage may take: a thousand years at a microsecond a step.
+/// Largest number of steps of a stage: about thirty years at a microsecond a step.
 const MOST_STEPS: f64 = 1e15;
 
-/// A number of bytes for people.
+/// Number of bytes as text.
 pub(crate) fn bytes(n: u64) -> String {
     let (mut value, mut unit) = (n as f64, "B");
     for next in ["kB", "MB", "GB", "TB", "PB", "EB"] {
@@ -105,11 +105,12 @@ impl fmt::Display for Report {
     }
 }
 
-/// Builds the model of a deck and says what running it would take; nothing is written.
+/// Builds the model of a deck and reports its size and the estimates of its run; nothing is
+/// written.
 ///
 /// # Errors
 ///
-/// What is wrong with the deck, or a model that does not fit in memory.
+/// The deck has mistakes, or its model does not fit in memory.
 pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
     let Built { site, model, samplers } = prepare(deck, source, available_memory())?;
     let mut simulation = Simulation::new(model);
@@ -120,9 +121,9 @@ pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
     Ok(report)
 }
 
-/// The model of a deck that is to be run, and its probes; every fault in its place in the deck.
+/// Model of a deck that will be run, with its probes; every fault is located in the deck.
 pub(super) fn prepare(deck: &Deck, source: &Source, available: u64) -> Result<Built, RunFailure> {
-    // What is wrong with the tables that are there comes first.
+    // Mistakes in existing tables are reported first.
     if deck.stage.is_empty() && ddem_deck::check(deck).is_empty() {
         let fault = Fault::new(ErrorCode::EmptyModel, "stage", "the deck has no stage")
             .help("add a [[stage]] with kind = \"relax\" or \"dynamic\"");
@@ -138,7 +139,7 @@ pub(super) fn prepare(deck: &Deck, source: &Source, available: u64) -> Result<Bu
     built.map_err(|failure| located(failure, source))
 }
 
-/// Faults of a model in the text of its deck.
+/// Failure whose faults of a model are located in the text of its deck.
 pub(super) fn located(failure: RunFailure, source: &Source) -> RunFailure {
     match failure {
         RunFailure::Model(error) => DeckError::from_faults(source, error.faults).into(),
@@ -146,7 +147,7 @@ pub(super) fn located(failure: RunFailure, source: &Source) -> RunFailure {
     }
 }
 
-/// A model that does not fit into memory.
+/// Checks that a model fits in memory.
 fn refuse(size: Size, available: u64) -> Result<(), RunFailure> {
     if size.bytes <= available as f64 {
         return Ok(());
@@ -166,7 +167,7 @@ fn grown(size: Size, model: &Model) -> Size {
     Size { blocks: blocks.max(size.blocks), nodes: nodes.max(size.nodes), bytes: more * size.bytes }
 }
 
-/// A deck with its blocks cut, the model of it, and its probes.
+/// A deck with its blocks cut, its model and its probes.
 pub(super) struct Built {
     pub(super) site: BuiltDeck,
     pub(super) model: Model,
@@ -194,7 +195,7 @@ pub(super) fn build(deck: &Deck, available: u64) -> Result<Built, RunFailure> {
     Ok(Built { site, model, samplers: samplers.into_iter().flatten().collect() })
 }
 
-/// Refuses time steps above the critical one while nothing has been written.
+/// Checks given time steps and durations against the critical time step before anything is written.
 pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Result<(), RunFailure> {
     let dynamic = |stage: &Stage| stage.kind == StageKind::Dynamic;
     if !stages.iter().any(dynamic) {
@@ -264,7 +265,7 @@ pub(super) fn report(
     let deck = site.deck();
     let moves = |stage: &Stage| stage.kind == StageKind::Dynamic;
     let dynamic = deck.stage.iter().any(moves);
-    // A large model spends seconds on it.
+    // For a large model this takes seconds.
     let critical_step = match dynamic {
         true => simulation.critical_step().unwrap_or(f64::NAN),
         false => f64::NAN,
@@ -323,13 +324,13 @@ pub(super) fn unsafe_steps(
     warnings
 }
 
-/// Memory that this process may still take `[bytes]`.
+/// Memory that this process can still allocate `[bytes]`.
 pub(super) fn available_memory() -> u64 {
     let mut system = sysinfo::System::new();
     system.refresh_memory();
     let limit = system.cgroup_limits().map_or(u64::MAX, |limits| limits.free_memory);
     match system.available_memory() {
-        // Not known on this system: the allocator will tell.
+        // Unknown on this system; the allocator fails if there is not enough.
         0 => u64::MAX,
         available => available.min(limit),
     }

@@ -1,4 +1,4 @@
-//! Checkpoints of a run: the simulation, and how far stages and files had got.
+//! Checkpoints of a run: the simulation, and the progress of stages and files.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -17,22 +17,22 @@ use crate::summary::StageSummary;
 /// Position of a run between two steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Cursor {
-    /// Stage that is running, or next.
+    /// Number of the running or next stage.
     pub(super) stage: usize,
-    /// Steps of that stage that are done; `None` before it begins.
+    /// Completed steps of that stage; `None` before it begins.
     pub(super) step: Option<u64>,
-    /// Steps that it takes, as they are when it begins.
+    /// Steps of that stage, as planned at its start.
     pub(super) steps: u64,
-    /// Time at which it begins, and its first time step `[s]`.
+    /// Time at which it began, and its first time step `[s]`.
     pub(super) begun: f64,
     pub(super) time_step: f64,
     /// Friction loss when it began `[J]`.
     pub(super) friction: f64,
-    /// Energy that was out of balance then, against the largest.
+    /// Energy imbalance at its start, relative to the largest energy.
     pub(super) imbalance: f64,
     /// Wall time that it has taken `[s]`.
     pub(super) seconds: f64,
-    /// Stages that are done.
+    /// Summaries of completed stages.
     #[serde(with = "as_json")]
     pub(super) done: Vec<StageSummary>,
     /// Diagnostics so far.
@@ -50,7 +50,8 @@ pub(super) struct SavedProgress {
     pub(super) files: BTreeMap<String, Vec<f64>>,
 }
 
-/// Summaries, some of whose fields may be left out: not so in the encoding of the rest.
+/// JSON encoding of summaries, whose fields may be missing. The encoding of the other data requires
+/// all fields.
 mod as_json {
     use serde::de::Error as _;
     use serde::ser::Error as _;

@@ -1,4 +1,4 @@
-//! A stage that looks for the factor of safety.
+//! Stages that search for the factor of safety.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
@@ -12,8 +12,8 @@ use super::warnings::stage_place;
 use super::{Event, Observer, RunFailure};
 use crate::summary::StageSummary;
 
-/// Looks for the factor of safety of the present state, which stays; records the unstable trial of the
-/// smallest factor. False when the observer stopped it.
+/// Searches for the factor of safety of the present state, which does not change. Records the
+/// unstable trial with the smallest factor. Returns false if the observer stopped it.
 pub(super) fn search(
     stage: &Stage,
     moved: &mut MovedBy,
@@ -68,7 +68,8 @@ pub(super) fn search(
     Ok(true)
 }
 
-/// Verdict on the strengths as they are: that of the stage `before`, or by the factor.
+/// Verdict for the actual strengths: that of the stage `before`, otherwise the one that follows
+/// from the factor.
 fn verdict(before: Option<Verdict>, found: &Safety) -> Verdict {
     let [stable, unstable] = found.bracket;
     match (before, found.factor.or(stable), unstable) {
@@ -81,7 +82,7 @@ fn verdict(before: Option<Verdict>, found: &Safety) -> Verdict {
     }
 }
 
-/// Warnings about a factor of safety that may be another one, or that was not found.
+/// Warnings about a factor of safety that is uncertain or was not found.
 pub(super) fn warnings(
     found: &Safety,
     stage: &Stage,
@@ -141,7 +142,7 @@ pub(super) fn warnings(
     warnings
 }
 
-/// Reasons why blocks may hold that should not.
+/// Reasons why blocks may hold although they should fail.
 fn why_it_holds(simulation: &mut Simulation) -> String {
     let energy = simulation.energy();
     let mut why = String::new();

@@ -1,4 +1,4 @@
-//! A simulation that a program moves, stage by stage, with its probes and its files.
+//! Simulation that a program moves stage by stage, with its probes and its files.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -20,10 +20,10 @@ use crate::summary::{
     ChargeSummary, FailedPairs, InterfaceSummary, SelectionSummary, Summary, peak_memory_bytes,
 };
 
-/// Time shift between frames without motion, if no stage of the deck moves `[s]`.
+/// Time shift between frames without motion if the deck has no dynamic stage `[s]`.
 const STILL: f64 = 1e-9;
 
-/// A simulation with its probes, and its files where they are wanted.
+/// A simulation with its probes and, if a folder is given, its files.
 ///
 /// A program moves it through stages of its own, or step by step through
 /// [`simulation`](Self::simulation); [`run`](super::run) moves it through those of its deck.
@@ -32,11 +32,11 @@ pub struct Session {
     pub(super) moved: MovedBy,
     /// Text of the deck.
     pub(super) text: String,
-    /// Folders of files, how far they had got, and the checkpoint that was left there.
+    /// Folders of files, each with the position in the files and the stamp of its checkpoint.
     recorded: BTreeMap<PathBuf, (Position, Option<Stamp>)>,
 }
 
-/// Time and size of a file: another one when another simulation has written it.
+/// Modification time and size of a file; they differ if another simulation has written it.
 type Stamp = (SystemTime, u64);
 
 fn stamp(file: &Path) -> Option<Stamp> {
@@ -49,17 +49,17 @@ impl Session {
     ///
     /// # Errors
     ///
-    /// Everything that is wrong with the deck; a model that does not fit in memory.
+    /// The deck has mistakes, or its model does not fit in memory.
     pub fn new(deck: &Deck, simd: Simd) -> Result<Self, RunFailure> {
         Self::with(deck, simd, |_| Ok(()))
     }
 
-    /// Builds the model of a deck and changes what is no part of decks, such as a law or a history
-    /// that a program computes.
+    /// Builds the model of a deck and changes properties that a deck cannot hold, such as a law or
+    /// a history that a program computes.
     ///
     /// # Errors
     ///
-    /// As those of [`new`](Self::new), and what `change` says.
+    /// Those of [`new`](Self::new), and the fault of `change`.
     pub fn with(
         deck: &Deck,
         simd: Simd,
@@ -94,7 +94,7 @@ impl Session {
         &self.moved.simulation
     }
 
-    /// The simulation, to be looked at and moved.
+    /// The simulation, for reading and moving.
     pub fn simulation_mut(&mut self) -> &mut Simulation {
         &mut self.moved.simulation
     }
@@ -115,11 +115,11 @@ impl Session {
         self.moved.recorder.samplers.iter().map(|s| (s.name.as_str(), s.components)).collect()
     }
 
-    /// New files, or those that this session wrote before.
+    /// Opens new files, or those that this session wrote before.
     pub(super) fn open(&mut self, path: &Path) -> Result<Folder, RunFailure> {
         let MovedBy { site, simulation, recorder, .. } = &mut self.moved;
         let model = simulation.model();
-        // The folder itself, however it is written.
+        // The canonical path identifies the folder.
         let known = path.canonicalize().ok();
         let before = known.and_then(|path| self.recorded.get(&path));
         let title = &site.deck().title;
@@ -136,7 +136,8 @@ impl Session {
         Ok(folder)
     }
 
-    /// The stage is over: everything is on the disk and may be read by others.
+    /// Ends a stage: writes everything to the disk and closes the files, so that others can read
+    /// them.
     pub(super) fn close(&mut self, folder: Option<&Folder>) -> Result<(), RunFailure> {
         self.moved.cursor.step = None;
         let Some(folder) = folder else { return Ok(()) };
@@ -152,19 +153,21 @@ impl Session {
         Ok(())
     }
 
-    /// Goes on from what [`save`](Self::save) or a run has written. The model is that of the deck in
-    /// it, or with `deck` that one, which must be the same; `change` is as in [`with`](Self::with).
+    /// Session that continues from a file of [`save`](Self::save) or of a run. The model is that of
+    /// the deck in the file, to which a given `deck` must be equal; `change` is as in
+    /// [`with`](Self::with).
     ///
     /// # Errors
     ///
-    /// The file cannot be read, is no checkpoint, or one of another model.
+    /// The file cannot be read, is not a checkpoint, or belongs to another model.
     pub fn load(
         path: &Path,
         simd: Simd,
         deck: Option<&Deck>,
         change: impl FnOnce(&mut ddem_core::Model) -> Result<(), Fault>,
     ) -> Result<Self, RunFailure> {
-        // Before it is read: what is written meanwhile is another's.
+        // The stamp is taken before reading, so that writing by another simulation in the meantime
+        // is detected.
         let read = stamp(path);
         let resumed = resume::load(path)?;
         let text = &resumed.deck;
@@ -180,7 +183,7 @@ impl Session {
         let recorder = Recorder::new(samplers, nudge(&saved, STILL));
         let simulation = resumed.simulation(model, simd)?;
         let mut session = Self::assemble(site, simulation, recorder, text.to_owned());
-        // From its folder it goes on with the files there.
+        // A session from the checkpoint of a folder continues the files of that folder.
         if let (Some(folder), true) = (path.parent(), path.ends_with(folder::CHECKPOINT))
             && let Ok(folder) = folder.canonicalize()
         {
@@ -190,7 +193,7 @@ impl Session {
         Ok(session)
     }
 
-    /// Writes everything that the simulation needs to go on, bit for bit.
+    /// Writes everything that the simulation needs to continue bit for bit.
     ///
     /// # Errors
     ///
@@ -228,13 +231,14 @@ impl Session {
     }
 }
 
-/// Name of a model of a program, by the text of its deck: one that differs in anything is another one.
+/// Name of a program's model, from the text of its deck. A deck with any difference gives another
+/// name.
 #[must_use]
 pub fn model_name(text: &str) -> String {
     format!("model {:08x}", fingerprint(text))
 }
 
-/// A number that tells texts apart (FNV-1a).
+/// Number that distinguishes texts (FNV-1a hash).
 fn fingerprint(text: &str) -> u32 {
     text.bytes().fold(0x811c_9dc5, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193))
 }

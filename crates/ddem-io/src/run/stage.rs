@@ -1,4 +1,4 @@
-//! One stage from its start to its end: steps, what is recorded on the way, progress.
+//! One stage from its start to its end: steps, records and progress.
 
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
@@ -16,7 +16,7 @@ use crate::summary::StageSummary;
 /// Wall time between two progress events.
 const PROGRESS: Duration = Duration::from_millis(100);
 
-/// Target of a stage.
+/// Simulation that a stage moves, with its deck, its recorder and its cursor.
 #[derive(Debug)]
 pub(super) struct MovedBy {
     pub(super) site: BuiltDeck,
@@ -39,18 +39,18 @@ pub(super) struct StageProgress {
     /// Number of stages.
     stages: usize,
     schedule: Schedule,
-    /// Wall time when it was put aside.
+    /// Wall time at which the stage was paused.
     aside: Option<Instant>,
-    /// True once all that is due at its end is written.
+    /// True once all records of the end are written.
     ended: bool,
-    /// Wall time when the stage began or went on, less what recording took.
+    /// Wall time when the stage began or resumed; `recording` is the time spent on records.
     clock: Instant,
     recording: Duration,
     steps_before: u64,
     last_progress: Instant,
-    /// Charges that had gone off by then.
+    /// For each charge, true if it had detonated by then.
     off: Vec<bool>,
-    /// Reason why it did not come to rest.
+    /// Reason why the stage did not come to rest.
     failure: Option<RunError>,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct StageProgress {
 pub(super) enum Halt {
     /// The stage is done.
     End,
-    /// The observer wants to stop.
+    /// The observer stops the run.
     Stopped,
     /// Enough wall time has passed.
     Due,
@@ -68,9 +68,9 @@ pub(super) enum Halt {
 }
 
 impl<'a> Running<'a> {
-    /// From the stage's start, or from where a checkpoint left it.
+    /// Running stage, from its start or from a checkpoint.
     ///
-    /// `looks` is the time between looks at the simulation, where they are wanted `[s]`.
+    /// `looks` is the time between looks at the simulation, if there are any `[s]`.
     pub(super) fn new(
         (stage, stages): (&'a Stage, usize),
         looks: Option<f64>,
@@ -104,7 +104,7 @@ impl<'a> Running<'a> {
             failure: None,
         };
         let mut running = Self { stage, moved, observer, pace };
-        // Not by the step: a run may be interrupted, or a relaxation be done, before the first one.
+        // A run may be interrupted, or a relaxation may be done, before the first step.
         running.recorded(|recorder, simulation, observer| {
             recorder.start(simulation, &stage.name, &mut |event| observer.event(event))
         })?;
@@ -113,7 +113,7 @@ impl<'a> Running<'a> {
         Ok(running)
     }
 
-    /// From where [`aside`](Self::aside) left it, with what it had then.
+    /// Running stage that continues after [`aside`](Self::aside).
     pub(super) fn again(
         stage: &'a Stage,
         moved: &'a mut MovedBy,
@@ -124,13 +124,13 @@ impl<'a> Running<'a> {
         Self { stage, moved, observer, pace }
     }
 
-    /// Puts it aside between two steps: whoever moves it may look at the simulation.
+    /// Pauses the stage between two steps, so that a program can look at the simulation.
     pub(super) fn aside(self) -> StageProgress {
         StageProgress { aside: Some(Instant::now()), ..self.pace }
     }
 
-    /// Goes on to the end, to the next look that is due, until the observer wants to stop, or for this
-    /// long at least.
+    /// Continues to the end, to the next look that is due, until the observer stops it, or for at
+    /// least the given wall time.
     pub(super) fn go(&mut self, at_least: Duration) -> Result<Halt, RunFailure> {
         let start = Instant::now();
         loop {
@@ -159,7 +159,7 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// One step, and what it is the time to record; true where a look is due.
+    /// Takes one step and writes the records that are due. Returns true if a look is due.
     fn step(&mut self) -> Result<bool, RunFailure> {
         let (stage, relax) = (self.stage, self.relax());
         let before = self.moved.cursor.step;
@@ -182,7 +182,7 @@ impl<'a> Running<'a> {
         Ok(look)
     }
 
-    /// Writes what is due after some steps of the stage, or at its end.
+    /// Writes the records that are due after some steps of the stage, or at its end.
     fn record(&mut self, steps: RangeInclusive<u64>, when: (bool, bool)) -> Result<(), RunFailure> {
         let schedule = self.pace.schedule.clone();
         let at = (self.stage.name.as_str(), steps);
@@ -192,7 +192,7 @@ impl<'a> Running<'a> {
         })
     }
 
-    /// Ends the stage where it is, as if its time were over, unless it has ended.
+    /// Ends the stage now, as if its time were over, unless it has ended.
     pub(super) fn end_here(&mut self) -> Result<(), RunFailure> {
         if self.pace.ended {
             return Ok(());
@@ -202,7 +202,7 @@ impl<'a> Running<'a> {
         self.record(step..=step, (true, false))
     }
 
-    /// True where a dynamic stage is over, or is to end with rest and has come to it, or fails.
+    /// True if a dynamic stage is over or, with `until_rest`, has come to rest or fails.
     fn decided(&mut self, over: bool) -> bool {
         let MovedBy { simulation, .. } = &*self.moved;
         if self.stage.until_rest != Some(true) {
@@ -215,7 +215,7 @@ impl<'a> Running<'a> {
         verdict.is_some()
     }
 
-    /// One step of relaxation; true at the end, when all loads are in equilibrium or none can be found.
+    /// Takes one relaxation step. Returns true at the end, in equilibrium or without finding one.
     fn relax_step(&mut self) -> Result<bool, RunFailure> {
         let tolerance = self.tolerance();
         let failure = match self.moved.simulation.relax_step(tolerance) {
@@ -231,7 +231,7 @@ impl<'a> Running<'a> {
                 if step <= cursor.steps {
                     return Ok(false);
                 }
-                // What it says is of the present state.
+                // The error describes the present state.
                 simulation.check_finite().map_err(failed(self.stage))?;
                 simulation.not_converged(tolerance, cursor.steps)
             }
@@ -261,7 +261,7 @@ impl<'a> Running<'a> {
         Ok(())
     }
 
-    /// Ends the stage: velocities are those of the present time. Returns why the run ends with it, if it does.
+    /// Ends the stage, with velocities at the present time. Returns the failure that ends the run.
     pub(super) fn finish(self) -> Result<Option<RunFailure>, RunFailure> {
         let seconds = self.moved.cursor.seconds + self.seconds();
         let relax = self.relax();
@@ -324,7 +324,7 @@ impl<'a> Running<'a> {
         Ok(Some(failure))
     }
 
-    /// Wall time of stepping since this stage began or went on `[s]`.
+    /// Wall time of stepping since this stage began or resumed `[s]`.
     pub(super) fn seconds(&self) -> f64 {
         self.pace.clock.elapsed().saturating_sub(self.pace.recording).as_secs_f64()
     }
@@ -391,7 +391,7 @@ impl MovedBy {
         Ok(())
     }
 
-    /// One step of motion; true at the end of the stage.
+    /// Takes one step of motion. Returns true at the end of the stage.
     fn step(&mut self, stage: &Stage) -> Result<bool, RunFailure> {
         self.simulation.step().map_err(failed(stage))?;
         let step = self.cursor.step.unwrap_or(0) + 1;
@@ -399,7 +399,7 @@ impl MovedBy {
         Ok(self.simulation.steps_left() == Some(0))
     }
 
-    /// Steps of the stage that are done; of motion, in steps as long as its first, which become
+    /// Completed steps of the stage; in motion, in steps of the initial length, which become
     /// shorter when joints fail.
     fn nominal(&self, relax: bool) -> u64 {
         if relax {

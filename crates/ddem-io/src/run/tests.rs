@@ -1,4 +1,4 @@
-//! Warnings of a run, from numbers that a run may give.
+//! Tests of the warnings of a run, from numbers that a run may give.
 
 use ddem_core::{Energy, Safety, SafetyTrial, Verdict};
 use ddem_deck::{Deck, Stage, StageKind};

@@ -7,14 +7,14 @@ use ddem_deck::{Damping, Deck, Stage, StageKind};
 use super::resume::Cursor;
 use super::{Event, Observer};
 
-/// Part of the energy out of balance above which a warning is issued.
+/// Energy imbalance, relative to the largest energy, above which a warning is issued.
 const MUCH: f64 = 0.01;
-/// Part of the volume of a cavity by which it may change until its charge detonates.
+/// Largest relative change of the volume of a cavity before its charge detonates.
 const CHANGED: f64 = 0.1;
-/// Part of the energy lost to friction above which blocks have slid.
+/// Friction loss, relative to the energy, above which blocks have slid.
 const SLID: f64 = 0.1;
 
-/// Key path of a stage that is in the deck, or may be.
+/// Key path of a stage; without a number if the stage is not in the deck.
 pub(super) fn stage_place(deck: &Deck, stage: &Stage) -> String {
     let index = deck.stage.iter().position(|own| own.name == stage.name);
     index.map_or_else(|| "stage".to_owned(), |index| format!("stage[{index}]"))
@@ -33,7 +33,7 @@ impl Cursor {
     }
 }
 
-/// Warning about deformable blocks that slide where a deck has switched all damping off.
+/// Warning about deformable blocks that slide while a deck has switched off all damping.
 pub(super) fn undamped_sliding(
     simulation: &mut Simulation,
     stage: &Stage,
@@ -61,7 +61,7 @@ pub(super) fn charges(simulation: &Simulation) -> impl Iterator<Item = (usize, C
     (0..).map_while(|index| Some((index, simulation.charge(index)?)))
 }
 
-/// Warnings about charges that have detonated since, where the rock around had moved.
+/// Warnings about charges that have detonated since `before` after the surrounding rock had moved.
 pub(super) fn detonations(simulation: &Simulation, before: &[bool]) -> Vec<Diagnostic> {
     let sizes = simulation.model().charges();
     let fresh = charges(simulation).zip(&sizes).zip(before).filter(|(_, off)| !**off);
@@ -94,7 +94,7 @@ pub(super) fn energy_imbalance(
     let relax = stage.kind == StageKind::Relax;
     let help = if relax { "more `increments`" } else { "a shorter `time_step`" };
     let Energy { balance, contact, .. } = *energy;
-    // Losses have the other sign in `balance`.
+    // Losses have the opposite sign in `balance`.
     let (error, column, cause) = if contact.abs() > balance.abs() {
         (-contact, "contact", " in contacts that form, part and turn")
     } else {

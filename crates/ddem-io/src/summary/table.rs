@@ -1,4 +1,4 @@
-//! Summaries as text: a line for each stage, and the state at the end of one.
+//! Summaries as text: a line for each stage, and the state at the end of a stage.
 
 use std::fmt;
 
@@ -8,30 +8,32 @@ use ddem_core::{
 
 use super::{StageSummary, Summary};
 
-/// Blocks that move that are listed; others are counted.
+/// Largest number of moving blocks that are listed; the others are counted.
 const LISTED: usize = 5;
 
-/// Energies below this are rounding `[J]`.
+/// Energies below this are rounding errors `[J]`.
 const LEAST_ENERGY: f64 = 1e-12;
 
-/// Columns of the first word of a line.
+/// Width of the label of a line, in columns.
 const LABEL: usize = 15;
 
-/// SI prefixes from the largest, and their factors; lengths go down to micrometres, and so do all others.
+/// SI prefixes with their factors, from the largest; the smallest prefix of all units is micro.
 const PREFIXES: [(f64, &str); 6] =
     [(1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ")];
 
-/// A quantity with four digits and the prefix of its size; the unit has no power.
+/// Quantity as text, with four digits and the SI prefix of its size; the unit must have no
+/// exponent.
 pub fn quantity(value: f64, unit: &str) -> String {
     let (factor, prefix) = prefix(value.abs(), unit);
     format!("{} {prefix}{unit}", digits(value / factor))
 }
 
-/// The components of a vector with one prefix.
+/// Components of a vector as text, with one prefix.
 fn vector(vector: [f64; 3], unit: &str) -> String {
     let size = vector.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let (factor, prefix) = prefix(size, unit);
-    // What is nothing beside the largest one is 0; all have as many decimals as that one.
+    // Components that are negligible beside the largest are 0; all have as many decimals as the
+    // largest.
     let decimals = decimals(size / factor);
     let part = |x: f64| {
         let text = match x / factor {
@@ -39,7 +41,7 @@ fn vector(vector: [f64; 3], unit: &str) -> String {
             _ if x.abs() < 1e-6 * size => return "0".to_owned(),
             x => digits(x),
         };
-        // Not -0.000.
+        // Avoids `-0.000`.
         if text.contains(|c: char| matches!(c, '1'..='9')) { text } else { "0".to_owned() }
     };
     let [x, y, z] = vector.map(part);
@@ -57,7 +59,7 @@ fn prefix(size: f64, unit: &str) -> (f64, &'static str) {
     }
 }
 
-/// Four digits; an exponent where there is no prefix for it.
+/// Number as text with four digits; with an exponent if there is no suitable prefix.
 fn digits(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 {
@@ -69,7 +71,7 @@ fn digits(value: f64) -> String {
     }
 }
 
-/// Decimals that make four digits of a size.
+/// Number of decimals that give four digits.
 fn decimals(size: f64) -> usize {
     3_usize.saturating_sub(size.log10().floor().max(0.0) as usize)
 }
@@ -208,7 +210,7 @@ impl fmt::Display for StageSummary {
 }
 
 impl StageSummary {
-    /// Factor of safety in words.
+    /// Factor of safety as text.
     #[must_use]
     pub fn safety(&self) -> String {
         let [stable, unstable] = self.bracket.unwrap_or_default();

@@ -1,26 +1,28 @@
-//! The file before its first step: mesh, constants, and the empty arrays of the fields.
+//! Creation of a file before its first step: mesh, constants, and the empty arrays of the fields.
 
 use hdf5::{File, Group, Result};
 
 use super::data::{Constant, FieldSpec, Grid, Location, NumberType};
 use crate::hdf::{Storage, growable, put, scalar_attribute, word_attribute, write};
 
-/// Per-step scalars: small chunks, not deflated, so that rewriting the last one never moves it.
+/// Storage of scalars per step: small chunks without compression, so that rewriting the last one
+/// never moves it.
 const INDEX: Storage = Storage { chunk: 128, deflate: None };
 
-/// On a million points levels 1 to 4 differ by a few percent in time and in size: the low bits of
-/// results are noise to any of them.
+/// Deflate level. On a million points levels 1 to 4 differ by a few percent in time and in size:
+/// for all of them the low bits of results are noise.
 const DEFLATE: u8 = 1;
 
-/// Of points whose number changes: a chunk is shared by steps, so it is not deflated and stays
-/// where it is.
+/// Storage of points whose number changes. Steps share chunks, so chunks are not compressed and
+/// stay where they are.
 const CLOUD: Storage = Storage { chunk: 4096, deflate: None };
 
 /// Sizes of the mesh of a step.
 pub(super) const COUNTS: [&str; 3] = ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"];
 
-/// Arrays of `Steps` with one entry for each step, all of them the same number where the mesh is stored
-/// once; of a cloud `PointOffsets` and the like differ. The flag tells the ones that VTK wants as a table with one column.
+/// Arrays of `Steps` with one entry for each step. All entries are the given number if the mesh is
+/// stored once; for a cloud `PointOffsets` and similar arrays differ. The flag marks the arrays
+/// that VTK requires as a table with one column.
 pub(super) const STEP_CONSTANTS: [(&str, i64, bool); 5] = [
     ("PartOffsets", 0, false),
     ("NumberOfParts", 1, false),
@@ -29,8 +31,8 @@ pub(super) const STEP_CONSTANTS: [(&str, i64, bool); 5] = [
     ("ConnectivityIdOffsets", 0, true),
 ];
 
-/// The arrays of a file with no step yet: with the mesh of all steps and what never changes on it, or
-/// with room for points of each step's own.
+/// Creates the arrays of a file without steps: with the mesh of all steps and its constants, or
+/// with room for the points of each step.
 pub(super) fn create(
     file: &File,
     mesh: Option<(&Grid, &[Constant<'_>])>,
@@ -65,7 +67,7 @@ pub(super) fn create(
     Ok(())
 }
 
-/// The groups of the arrays, and what tells the steps apart.
+/// Creates the groups of the arrays and the index of the steps; returns the group `Steps`.
 fn begin(root: &Group) -> Result<Group> {
     let steps = root.create_group("Steps")?;
     scalar_attribute(&steps, "NSteps", &0_i64)?;
@@ -81,7 +83,7 @@ fn begin(root: &Group) -> Result<Group> {
     Ok(steps)
 }
 
-/// An array that changes with time.
+/// Adds an array that changes with time.
 fn changing((root, steps): (&Group, &Group), field: &FieldSpec, of: Storage) -> Result<()> {
     let group = root.group(field.location.group())?;
     let columns = (field.components > 1).then_some(field.components);
@@ -93,7 +95,7 @@ fn changing((root, steps): (&Group, &Group), field: &FieldSpec, of: Storage) -> 
     growable::<i64>(&steps.group(field.location.offsets())?, &field.name, None, INDEX)
 }
 
-/// Writes a mesh behind `part` others, which have `row` points, as many cells and corners of them.
+/// Writes a mesh after `part` others, which have `row` points, as many cells and as many corners.
 pub(super) fn put_mesh(root: &Group, grid: &Grid, part: usize, row: usize) -> Result<()> {
     let Grid { points, cells } = grid;
     let (corners, kind) = cells.shape();
@@ -108,7 +110,7 @@ pub(super) fn put_mesh(root: &Group, grid: &Grid, part: usize, row: usize) -> Re
     write(root, "Connectivity", rows[2].clone(), |at, out: &mut [i64]| {
         out.iter_mut().zip(at).for_each(|(out, at)| *out = cells.point(at) as i64);
     })?;
-    // One more for each part: where its last cell ends.
+    // Each part has one offset more than it has cells: the end of its last cell.
     write(root, "Offsets", row + part..row + part + cells.len() + 1, |at, out: &mut [i64]| {
         out.iter_mut().zip(at).for_each(|(out, at)| *out = (corners * at) as i64);
     })?;
@@ -119,11 +121,11 @@ fn storage(rows: usize) -> Storage {
     Storage { chunk: chunk(rows), deflate: Some(DEFLATE) }
 }
 
-/// Rows of one chunk, for arrays which grow by `rows` each step.
+/// Number of rows of one chunk, for arrays that grow by `rows` in each step.
 ///
-/// A step should fill its chunks: a chunk shared with the next step is read, inflated, written
-/// once more, and leaves a hole where it was. So small steps are one chunk, and large ones are
-/// split evenly if that is possible.
+/// A step should fill its chunks. A chunk shared with the next step is read, decompressed and
+/// written again, and leaves a hole in the file. A small step is therefore one chunk, and a large
+/// step is split evenly if that is possible.
 pub(super) fn chunk(rows: usize) -> usize {
     const SMALLEST: usize = 16 * 1024;
     const LARGEST: usize = 64 * 1024;

@@ -1,4 +1,4 @@
-//! Meshes and values as they are handed to the writer.
+//! Meshes and values for the writer.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ pub struct Grid {
 }
 
 impl Grid {
-    /// Points, or cells.
+    /// Number of points or cells.
     pub(crate) fn rows(&self, location: Location) -> usize {
         match location {
             Location::Point => self.points.len(),
@@ -26,11 +26,11 @@ impl Grid {
 /// The cells of a [`Grid`], as point numbers in VTK's order.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Cells {
-    /// Eight points each: the lower face around, then the upper one (VTK type 12).
+    /// Eight points each: around the lower face, then around the upper one (VTK type 12).
     Hexahedra(Vec<[u32; 8]>),
-    /// Four points each, around (VTK type 9).
+    /// Four points each, around the cell (VTK type 9).
     Quads(Vec<[u32; 4]>),
-    /// Each of so many points is a cell, so that viewers draw it (VTK type 1).
+    /// Number of points, each of which is a cell, so that viewers draw it (VTK type 1).
     Vertices(usize),
 }
 
@@ -44,12 +44,12 @@ impl Cells {
         }
     }
 
-    /// True without cells.
+    /// True if there are no cells.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Points of one cell, and the number VTK knows this kind of cell by.
+    /// Number of points of one cell, and VTK's number for this kind of cell.
     pub(crate) fn shape(&self) -> (usize, u8) {
         match self {
             Self::Hexahedra(_) => (8, 12),
@@ -58,7 +58,7 @@ impl Cells {
         }
     }
 
-    /// A point number, of those of cell after cell.
+    /// Point number at a position of the list of all cells' points, cell after cell.
     pub(crate) fn point(&self, at: usize) -> usize {
         match self {
             Self::Hexahedra(cells) => cells[at / 8][at % 8] as usize,
@@ -78,7 +78,7 @@ pub enum Location {
 }
 
 impl Location {
-    /// The group of the arrays.
+    /// Group of the arrays.
     pub(crate) fn group(self) -> &'static str {
         match self {
             Self::Point => "PointData",
@@ -86,7 +86,7 @@ impl Location {
         }
     }
 
-    /// The group, under `Steps`, of the rows at which the steps of an array begin.
+    /// Group, under `Steps`, of the rows at which the steps of an array begin.
     pub(crate) fn offsets(self) -> &'static str {
         match self {
             Self::Point => "PointDataOffsets",
@@ -95,7 +95,7 @@ impl Location {
     }
 }
 
-/// The type numbers are stored as.
+/// Type in which numbers are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NumberType {
     /// Double precision.
@@ -115,7 +115,7 @@ pub struct FieldSpec {
     pub location: Location,
     /// Numbers per point or cell.
     pub components: usize,
-    /// The type they are stored as.
+    /// Type in which the numbers are stored.
     pub kind: NumberType,
 }
 
@@ -148,7 +148,7 @@ pub struct Constant<'a> {
     pub values: &'a [i32],
 }
 
-/// Refuses what would make a file that viewers misread.
+/// Refuses data that would make a file that viewers misread.
 pub(crate) fn check(
     path: &Path,
     grid: &Grid,

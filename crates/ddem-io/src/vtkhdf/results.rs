@@ -1,4 +1,4 @@
-//! Reading back.
+//! Reading of VTKHDF files.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::output_error::OutputError;
 
 /// The steps of one VTKHDF file written by this program.
 ///
-/// Each call opens and closes the file: a run that is writing it goes on undisturbed.
+/// Each call opens and closes the file, so a run that writes it continues undisturbed.
 #[derive(Clone, Debug)]
 pub struct Results {
     path: PathBuf,
@@ -70,7 +70,7 @@ impl Results {
         })
     }
 
-    /// Names of the arrays, those that change with time and those that do not.
+    /// Names of the arrays, both constant and changing with time.
     ///
     /// # Errors
     ///
@@ -79,8 +79,8 @@ impl Results {
         self.read(|root| root.group(location.group())?.member_names())
     }
 
-    /// An array at a step, counted from zero. If points and cells both have one of that name, it
-    /// is the one of the points. Whole numbers come as doubles.
+    /// Array at a step, counted from zero. If points and cells both have an array of that name, it
+    /// is that of the points. Whole numbers are returned as doubles.
     ///
     /// # Errors
     ///
@@ -123,7 +123,7 @@ fn steps(root: &Group) -> hdf5::Result<usize> {
     usize::try_from(steps).map_err(|e| format!("NSteps: {e}").into())
 }
 
-/// Points or cells at a step: the mesh may be the same at all of them, or another at each.
+/// Number of points or cells at a step; the mesh may be the same at all steps or differ at each.
 fn count(root: &Group, name: &str, step: usize) -> hdf5::Result<usize> {
     let steps = steps(root)?;
     if step >= steps {
@@ -139,13 +139,13 @@ fn number(group: &Group, name: &str, at: usize) -> hdf5::Result<usize> {
     usize::try_from(found).map_err(|e| format!("`{name}`: {e}").into())
 }
 
-/// The row at which a step of an array begins: the first if the array does not change.
+/// Row at which a step of an array begins; the first row if the array does not change.
 fn first_row(root: &Group, location: Location, name: &str, step: usize) -> hdf5::Result<usize> {
     let offsets = root.group("Steps")?.group(location.offsets())?;
     if offsets.link_exists(name) { number(&offsets, name, step) } else { Ok(0) }
 }
 
-/// `n` rows from `first` on, whatever the number of columns.
+/// `n` rows from `first` on, with any number of columns.
 fn rows(dataset: &Dataset, first: usize, n: usize) -> hdf5::Result<Vec<f64>> {
     let shape = dataset.get_shape()?;
     if shape.first().is_none_or(|&have| have < first.saturating_add(n)) {

@@ -59,7 +59,7 @@ fn what_was_written_is_read() {
     assert_steps(&path, &[]);
     for step in 0..5 {
         append(&mut writer, step).unwrap();
-        // Readable while the writer lives, as after its process has died.
+        // The file is readable while the writer exists, as after a crash of its process.
         assert_steps(&path, &(0..=step).collect::<Vec<_>>());
     }
     assert_eq!(writer.steps(), 5);
@@ -101,7 +101,7 @@ fn reopening_needs_the_same_fields_and_enough_steps() {
     assert_steps(&path, &[0]);
 }
 
-/// A viewer holds a lock while it reads. The run goes on.
+/// A viewer holds a lock while it reads; the run continues.
 #[test]
 fn a_locked_file_is_written_all_the_same() {
     let folder = tempfile::tempdir().unwrap();
@@ -171,7 +171,7 @@ fn steps_fill_their_chunks_if_they_can() {
     }
 }
 
-/// PointOwner of a step, and values of its two fields.
+/// Points of a step, and values of its two fields.
 fn cloud(step: usize) -> (Vec<[f64; 3]>, [Vec<f64>; 2]) {
     let n = [0, 3, 0, 5000, 7, 1][step % 6];
     let points = (0..n).map(|i| [i as f64, step as f64, -0.5]).collect();
@@ -228,7 +228,7 @@ fn clouds_have_other_points_at_each_step() {
     assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
 }
 
-/// Steps that end within a chunk, and pieces that do.
+/// Steps and pieces that end within a chunk.
 #[test]
 fn pieces_are_whole_chunks_and_make_the_whole() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Appending steps.
+//! Writing of VTKHDF files, step by step.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -11,9 +11,9 @@ use crate::hdf::{cut, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
 
-/// Writes one VTKHDF file, step by step.
+/// Writer of one VTKHDF file, step by step.
 ///
-/// Nothing is held open between the steps, so there is nothing to close: dropping it is enough.
+/// No file stays open between the steps, so the writer need not be closed.
 #[derive(Debug)]
 pub struct Writer {
     path: PathBuf,
@@ -27,27 +27,27 @@ pub struct Writer {
 pub enum PointOwner {
     /// The mesh, whose points are stored once.
     Mesh,
-    /// The step's own, each of them a cell, so that viewers draw it.
+    /// The step, with a cell for each of its points, so that viewers draw them.
     Step,
 }
 
-/// The rows of the arrays of a file.
+/// Numbers of rows of the arrays of a file.
 #[derive(Clone, Copy, Debug)]
 enum MeshRows {
-    /// So many for each step.
+    /// Rows of each step.
     Fixed { points: usize, cells: usize },
-    /// So many for all steps so far.
+    /// Rows of all steps so far.
     Cloud { rows: usize },
 }
 
-/// Writes the values of some rows of a field, both counted from 0, one row after another. Whole
-/// numbers are stored as such.
+/// Function that writes the values of some rows of a field, one row after another; field and rows
+/// are counted from 0. Whole numbers are stored as such.
 pub type WriteRows<'a> = &'a mut dyn FnMut(usize, Range<usize>, &mut [f64]);
 
 impl Writer {
     /// Creates the file with its mesh, its constants and no step yet.
     ///
-    /// A mesh without points and cells is fine; VTK opens it as an empty one.
+    /// A mesh without points and cells is allowed; VTK opens it as an empty one.
     ///
     /// # Errors
     ///
@@ -69,8 +69,8 @@ impl Writer {
     ///
     /// # Errors
     ///
-    /// [`OutputError::Mismatch`] if names do not fit together or a field is one of cells, others if
-    /// the file cannot be written.
+    /// [`OutputError::Mismatch`] if names do not fit together or a field is on cells, others if the
+    /// file cannot be written.
     pub fn create_cloud(
         path: impl Into<PathBuf>,
         fields: &[FieldSpec],
@@ -95,14 +95,15 @@ impl Writer {
         Ok(self)
     }
 
-    /// Goes on with a file after its first `steps` steps and forgets those behind.
+    /// Continues a file after its first `steps` steps and removes the later ones.
     ///
-    /// `points` and `fields` are those the file was created with, in the order of the values to come.
+    /// `points` and `fields` are those with which the file was created, in the order of the later
+    /// values.
     ///
     /// # Errors
     ///
     /// [`OutputError::Mismatch`] if the file has other fields or fewer steps,
-    /// [`OutputError::Unusable`] if it is no file of this kind.
+    /// [`OutputError::Unusable`] if it is not a file of this kind.
     pub fn reopen(
         path: impl Into<PathBuf>,
         points: PointOwner,
@@ -118,16 +119,16 @@ impl Writer {
         Ok(Self { path, fields: fields.to_vec(), mesh, steps })
     }
 
-    /// Adds one step at `time` `[s]`: its points `[m]`, where they are the step's own, and the values of
-    /// every field, which `fill` writes piece by piece, in order.
+    /// Adds one step at `time` `[s]`: its points `[m]`, if the step has points of its own, and the
+    /// values of every field, which `fill` writes piece by piece, in order.
     ///
-    /// When it fails, the file still has the steps before, unless the disk itself is damaged, and
-    /// the same step can be appended again.
+    /// If it fails, the file keeps the earlier steps, unless the disk itself is damaged. The same
+    /// step can be appended again.
     ///
     /// # Errors
     ///
-    /// [`OutputError::Mismatch`] if points are missing, or given and those of the mesh; others if the
-    /// file cannot be written.
+    /// [`OutputError::Mismatch`] if points are missing, or are given although the mesh has them;
+    /// others if the file cannot be written.
     pub fn append(
         &mut self,
         time: f64,
@@ -161,7 +162,7 @@ impl Writer {
         replace::sync(&self.path)
     }
 
-    /// Steps in the file.
+    /// Number of steps in the file.
     pub fn steps(&self) -> usize {
         self.steps
     }
@@ -202,14 +203,14 @@ impl Writer {
             put(&steps, name, n, value)?;
         }
         put(&steps, "Values", n, time)?;
-        // Only a step that is complete in the file counts.
+        // A step counts only once it is complete in the file.
         file.flush()?;
         set_steps(&steps, n + 1)
     }
 }
 
 impl MeshRows {
-    /// The row at which the next step begins, after so many.
+    /// Row at which the next step begins after a number of steps.
     fn first_row(self, location: Location, steps: usize) -> usize {
         match (self, location) {
             (Self::Fixed { points, .. }, Location::Point) => steps * points,
@@ -234,7 +235,7 @@ fn put_field(
     }
 }
 
-/// Converts the numbers to another type.
+/// Function that writes the numbers of `fill` in another type.
 fn converted<T>(
     fill: &mut dyn FnMut(Range<usize>, &mut [f64]),
     convert: fn(f64) -> T,
@@ -251,7 +252,7 @@ fn set_steps(steps: &Group, n: usize) -> hdf5::Result<()> {
     steps.attr("NSteps")?.write_scalar(&(n as i64))
 }
 
-/// Checks the file against the fields, cuts it, and tells what rows are left.
+/// Checks the file against the fields and cuts it. Returns the rows that are left.
 fn reopen(
     path: &Path,
     file: &File,
@@ -285,7 +286,7 @@ fn steps_of(root: &Group) -> hdf5::Result<usize> {
     usize::try_from(steps).map_err(|e| format!("NSteps: {e}").into())
 }
 
-/// The rows of a file after so many steps.
+/// Rows of a file after a number of steps.
 fn mesh(root: &Group, points: PointOwner, steps: usize) -> hdf5::Result<MeshRows> {
     let sum = |name: &str, parts: usize| -> hdf5::Result<usize> {
         let counts = root.dataset(name)?.read_raw::<i64>()?;
@@ -326,7 +327,7 @@ fn truncate(
     steps: usize,
 ) -> hdf5::Result<()> {
     let index = root.group("Steps")?;
-    // The number first: a step that counts is a step that is there.
+    // The number of steps is set first, so that it never counts a step that is missing.
     set_steps(&index, steps)?;
     file.flush()?;
     if let MeshRows::Cloud { rows } = mesh {

@@ -1,10 +1,11 @@
-//! Cavities that removed blocks have left: their walls, and what closes the gaps between them.
+//! Cavities left by removed blocks: their walls, and the polygons that close the gaps between
+//! walls.
 //!
 //! ```text
 //!   +-----+ gap +-----+        c  cells of the cavity
 //!   |  B  |-----|  B  |        =  walls: faces of the blocks around
 //!   +=====+-----+=====+        -  strips across gaps and edges, between the edges of two walls;
-//!    \                 \          where three edges meet, corners close what is left
+//!    \                 \          where three edges meet, corners close the rest
 //!   +-+       c     c   +-+
 //! ```
 
@@ -17,7 +18,7 @@ use ddem_core::problem::{
     BlockFace, ELSEWHERE, Geometry, Lattice, NONE, Vec3, bounds_of, moved_to,
 };
 
-/// Distances behind a side of a cell at which the neighbour is looked up, as parts of its edge.
+/// Distances behind a side of a cell at which the neighbour is looked up, as fractions of its edge.
 const BEYOND: [f64; 3] = [1e-3, 1e-2, 5e-2];
 
 /// One cavity.
@@ -29,7 +30,7 @@ pub(super) struct Cavity {
     pub(super) reach: f64,
     /// Numbers of selected walls and of all walls.
     pub(super) walls: [usize; 2],
-    /// Area of those that are selected `[m²]`.
+    /// Area of the selected walls `[m²]`.
     pub(super) area: f64,
     /// Positions and kinds of the sides at which its surface is open.
     pub(super) ends: Vec<(Vec3, CavityEnd)>,
@@ -37,20 +38,20 @@ pub(super) struct Cavity {
     pub(super) within: Vec<usize>,
 }
 
-/// Neighbour behind a side of a cavity without a wall.
+/// Neighbour behind a side of a cavity that has no wall.
 #[derive(Clone, Copy, Debug, Eq, Ord, PartialEq, PartialOrd)]
 pub(super) enum CavityEnd {
-    /// Nothing.
+    /// No neighbour: the cavity is open.
     Open,
-    /// A cavity among blocks of the set that are split otherwise.
+    /// Cavity among blocks of the same set that are split differently.
     GoesOn,
-    /// Such blocks.
+    /// Blocks of the same set that are split differently.
     Split,
     /// Blocks of another set.
     Set(usize),
 }
 
-/// The cavities of which a region selects walls.
+/// Cavities with walls that a region selects.
 pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
     let (mut cavities, geometry) = (Vec::new(), holes.geometry);
     for (lattice, empty) in holes.empty_near(region) {
@@ -77,7 +78,7 @@ pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
     cavities
 }
 
-/// Corners of what is around some cells, along the edges of the lattice.
+/// Corners of the smallest box around some cells, along the edges of the lattice.
 fn corners(lattice: &Lattice, cells: &BTreeSet<CellIndex>) -> [Vec3; 8] {
     let ends = |d: usize, end: usize| cells.iter().map(move |cell| cell[d] + end);
     let from = [0, 1, 2].map(|d| ends(d, 0).min().unwrap_or(0));
@@ -85,7 +86,7 @@ fn corners(lattice: &Lattice, cells: &BTreeSet<CellIndex>) -> [Vec3; 8] {
     lattice.corners_of(from, to)
 }
 
-/// Takes what is connected with a cell out of a set of cells.
+/// Removes the cells that are connected with `first` from `cells` and returns them.
 fn connected(
     lattice: &Lattice,
     cells: &mut BTreeSet<CellIndex>,
@@ -102,14 +103,14 @@ fn connected(
     part
 }
 
-/// Cells that are connected, and their walls.
+/// Connected cells and their walls.
 struct CavityCells<'a> {
     /// Lattices whose boxes are near the cells.
     around: Vec<&'a Lattice>,
     geometry: &'a Geometry,
     lattice: &'a Lattice,
     cells: BTreeSet<CellIndex>,
-    /// Corners of what is around all of the cells, along the edges of the lattice.
+    /// Corners of the smallest box around all cells, along the edges of the lattice.
     corners: [Vec3; 8],
     walls: &'a BTreeMap<Wall, BlockFace>,
 }
@@ -145,7 +146,8 @@ impl CavityCells<'_> {
         Some(Cavity { mesh, volume, reach, walls, area, ends, within: self.within() })
     }
 
-    /// Sides of the cells behind which the lattice has nothing, and what is there.
+    /// Centres of the cell sides behind which the lattice has neither a block nor an empty cell,
+    /// with the neighbour behind each.
     fn ends(&self) -> Vec<(Vec3, CavityEnd)> {
         let Self { lattice, .. } = self;
         let mut ends = Vec::new();
@@ -164,7 +166,8 @@ impl CavityCells<'_> {
     fn end(&self, cell: CellIndex, d: usize, side: i32) -> (Vec3, CavityEnd) {
         let lattice = self.lattice;
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
-        // Beyond the joint between sets, and in the quarters: smaller blocks may meet in the middle.
+        // Points beyond the joint between sets, in the quarters of the side: smaller blocks may
+        // meet in its middle.
         let place = |beyond: f64, [i, k]: [f64; 2]| {
             let mut along = [0.0; 3];
             let between = |d: usize, part: f64| {
@@ -176,7 +179,8 @@ impl CavityCells<'_> {
             lattice.point(along)
         };
         let quarters = [[0.25, 0.25], [0.75, 0.25], [0.25, 0.75], [0.75, 0.75]];
-        // A lid may have a seam below it.
+        // A lid may have a joint below it; points farther away are tried if the nearest find
+        // nothing.
         let seen = BEYOND.iter().flat_map(|&beyond| quarters.map(|quarter| (beyond, quarter)));
         let mut seen = seen.map(|(beyond, quarter)| self.behind(&place(beyond, quarter)));
         let first = seen.by_ref().take(quarters.len()).max();
@@ -184,7 +188,8 @@ impl CavityCells<'_> {
         (place(0.0, [0.5; 2]), end.unwrap_or(CavityEnd::Open))
     }
 
-    /// Neighbour in other lattices at a point; kinds that resist come last in the order.
+    /// Neighbour in other lattices at a point. If there are several, it is the last in the order of
+    /// `CavityEnd`, so that blocks precede cavities.
     fn behind(&self, x: &Vec3) -> CavityEnd {
         let set = self.lattice.set;
         let at = |lattice: &Lattice| {
@@ -212,7 +217,7 @@ impl CavityCells<'_> {
         blocks
     }
 
-    /// Volume of the cells, up to the walls, and their shortest extent.
+    /// Volume of the cells up to the walls `[m³]` and their shortest extent `[m]`.
     fn extent(&self) -> (f64, f64) {
         let Self { lattice, .. } = self;
         let end = |cell: CellIndex, d: usize, side: i32| {
@@ -236,7 +241,8 @@ impl CavityCells<'_> {
         (volume, box_.iter().map(|[low, high]| high - low).fold(f64::INFINITY, f64::min))
     }
 
-    /// The four cells around an edge along d, whose planes across are those of `edge`, going round.
+    /// The four cells around a lattice edge along `d`, in circular order. `edge` gives the planes
+    /// across.
     fn around(&self, d: usize, edge: CellIndex) -> [Option<CellIndex>; 4] {
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         [(1, 1), (0, 1), (0, 0), (1, 0)].map(|(i, j)| {
@@ -246,7 +252,7 @@ impl CavityCells<'_> {
         })
     }
 
-    /// Strips from wall to wall across the cells of the cavity at an edge along d.
+    /// Adds strips from wall to wall across the cells of the cavity at a lattice edge along `d`.
     fn close_edge(&self, mesh: &mut SurfaceBuilder, d: usize, edge: CellIndex) {
         let around = self.around(d, edge);
         let within = |q: usize| around[q % 4].is_some_and(|cell| self.cells.contains(&cell));
@@ -264,7 +270,7 @@ impl CavityCells<'_> {
         }
     }
 
-    /// Nodes along an edge of the wall between a cell and the next, if it is one.
+    /// Nodes along a lattice edge of the wall between two adjacent cells, if there is a wall.
     fn line(
         &self,
         d: usize,
@@ -284,14 +290,14 @@ impl CavityCells<'_> {
         Some((0..=n).map(node).collect())
     }
 
-    /// Closes what is left open at single points of the lattice.
+    /// Closes the openings that remain at single points of the lattice.
     fn close_corners(&self, mesh: &mut SurfaceBuilder) {
         let mut corners: BTreeMap<CellIndex, BTreeMap<u32, u32>> = BTreeMap::new();
         for (a, b) in mesh.rim() {
             if let (Some(at), Some(other)) = (self.corner(a), self.corner(b))
                 && at == other
             {
-                // Against the edge that is there.
+                // The new polygon runs in the opposite direction of the existing edge.
                 corners.entry(at).or_default().insert(b, a);
             }
         }
@@ -311,7 +317,7 @@ impl CavityCells<'_> {
         }
     }
 
-    /// The point of the lattice at which a corner of a block lies.
+    /// Lattice point of a node that is a corner of its block.
     fn corner(&self, node: u32) -> Option<CellIndex> {
         let (block, at) = self.geometry.locate(node as usize);
         let n = self.lattice.divisions;

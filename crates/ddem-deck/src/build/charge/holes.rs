@@ -1,4 +1,4 @@
-//! Empty cells of the lattices of a geometry, and the faces of blocks around them.
+//! Empty cells of the lattices of a geometry, and the block faces around them.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -8,11 +8,11 @@ use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, NONE, Vec3, bound
 
 pub(super) type CellIndex = [usize; 3];
 
-/// A wall, by the cell of the cavity that it looks into, the direction of its normal, and the side of
-/// the cell.
+/// Wall, given by the cell of the cavity in front of it, the direction of its normal and the side
+/// of the cell.
 pub(super) type Wall = (CellIndex, usize, i32);
 
-/// The cell on a side of a cell, if the lattice has it.
+/// Neighbour on one side of a cell, if the lattice has it.
 pub(super) fn beside(lattice: &Lattice, cell: CellIndex, d: usize, side: i32) -> Option<CellIndex> {
     let next = cell[d].checked_add_signed(side as isize).filter(|next| *next < lattice.count[d])?;
     Some(moved_to(cell, d, next))
@@ -23,13 +23,13 @@ fn block_at(lattice: &Lattice, cell: CellIndex) -> Option<usize> {
     lattice.has_block(index).then(|| lattice.block[index] as usize)
 }
 
-/// The face of a block behind a side of an empty cell.
+/// Block face behind a side of an empty cell, if there is a block.
 pub(super) fn face(lattice: &Lattice, (cell, normal, side): Wall) -> Option<BlockFace> {
     let block = block_at(lattice, beside(lattice, cell, normal, side)?)?;
     Some(BlockFace { block, face: FaceId { direction: normal, upper: side < 0 } })
 }
 
-/// Part of the size of a lattice by which the box around it is wider: more than rounding.
+/// Fraction of a lattice's size by which its box is enlarged: more than the rounding errors.
 const MARGIN: f64 = 1e-6;
 
 /// Lattices of a geometry with their empty cells, found once for all charges there.
@@ -40,7 +40,7 @@ pub(in crate::build) struct Holes<'a> {
 
 struct LatticeHoles<'a> {
     lattice: &'a Lattice,
-    /// In order.
+    /// Empty cells in the order of their indices.
     empty: Vec<CellIndex>,
     /// Box around the lattice `[m]`.
     bounds: [Vec3; 2],
@@ -109,7 +109,7 @@ impl<'a> Holes<'a> {
     }
 }
 
-/// Blocks in ranges of cells.
+/// Blocks in a range of cells.
 pub(super) fn blocks_in(
     lattice: &Lattice,
     [x, y, z]: [Range<usize>; 3],
@@ -119,7 +119,7 @@ pub(super) fn blocks_in(
     cells.filter_map(|cell| block_at(lattice, cell))
 }
 
-/// Walls of cavities with these empty cells.
+/// Walls of the cavities that consist of these empty cells.
 pub(super) fn walls(
     lattice: &Lattice,
     empty: &[CellIndex],

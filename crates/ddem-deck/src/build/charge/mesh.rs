@@ -1,11 +1,12 @@
-//! The surface of a gas as it is found: polygons of nodes.
+//! Surface of a gas under construction, as polygons of nodes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use ddem_core::problem::Shell;
 use ddem_core::problem::{BlockFace, Geometry, Vec3};
 
-/// A surface being built: polygons of nodes, each turned so that its normal points into the rock.
+/// Surface under construction: polygons of nodes, oriented so that their normals point into the
+/// rock.
 #[derive(Debug, Default)]
 pub(super) struct SurfaceBuilder {
     polygons: Vec<Vec<u32>>,
@@ -25,7 +26,8 @@ impl SurfaceBuilder {
         self.polygons.push(polygon);
     }
 
-    /// A polygon beside others: turned so that it goes along its first edge against its neighbour.
+    /// Adds a polygon beside others. Its orientation makes it pass its first edge in the opposite
+    /// direction of its neighbour.
     pub(super) fn add_beside(&mut self, mut polygon: Vec<u32>) {
         if self.edges.get(&(polygon[0], polygon[1])).is_some_and(|&count| count > 0) {
             polygon.reverse();
@@ -68,15 +70,15 @@ impl SurfaceBuilder {
         self.polygons.iter().flatten().copied()
     }
 
-    /// As part of a charge whose nodes are these, in order, at these places. `volume` is that of what
-    /// is not closed.
+    /// Shell of a charge whose sorted nodes are `nodes`, at the positions `start`. `volume` is used
+    /// if the surface is not closed.
     pub(super) fn shell(
         &self,
         nodes: &[u32],
         start: &[Vec3],
         (volume, reach): (f64, f64),
     ) -> Shell {
-        // Every node is one of these.
+        // `nodes` contains every node of the surface.
         let local = |node: &u32| nodes.partition_point(|before| before < node) as u32;
         let polygons = self.polygons.iter().map(|corners| corners.iter().map(local).collect());
         let wall = |wall: &BTreeSet<u32>| wall.iter().map(local).collect();

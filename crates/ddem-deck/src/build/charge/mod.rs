@@ -1,4 +1,4 @@
-//! From `[[charge]]` to the surfaces that its gas pushes.
+//! Conversion of `[[charge]]` entries to the surfaces on which their gas acts.
 
 mod cavity;
 mod holes;
@@ -19,7 +19,7 @@ use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3};
 use ddem_core::problem::{ChargeSize, Gas, GasCharge, Shell};
 use ddem_core::{ErrorCode, Fault};
 
-/// The charge of an entry of a deck.
+/// Charge of a deck entry, with its warnings.
 pub(super) fn charge(
     index: usize,
     deck: &Deck,
@@ -86,7 +86,7 @@ fn fill(
         (charge.size.mass, charge.size.density) = (Some(mass), Some(explosive.density));
         let is_full = in_cavity && own > room * (1.0 + 1e-9);
         let warning = is_full.then(|| warnings::full(index, own, room));
-        // Explosive in a joint makes its own room.
+        // An explosive in a joint starts from its own volume.
         let start = if in_cavity { own.max(room) } else { own };
         let gas = Gas { gamma, own, start, own_room: !in_cavity, given: false };
         let peak = explosive.pressure();
@@ -98,7 +98,7 @@ fn fill(
     }
     charge.pressure = entry.pressure.unwrap_or(0.0);
     if entry.expands() {
-        // Faces that coincide enclose rounding.
+        // Coinciding faces enclose a volume of rounding errors only.
         let size: f64 = charge.shells.iter().map(|shell| shell.reach.powi(3)).sum();
         if room <= 1e-9 * size {
             return Err(Fault::new(
@@ -126,7 +126,7 @@ fn selects(region: &Region, geometry: &Geometry, sides: &[BlockFace; 2]) -> bool
         && region.contains_face(&between(geometry, sides), &sides[0].outward(geometry))
 }
 
-/// The surface of a gas in a joint: both faces, and what is between their edges.
+/// Surface of a gas in a joint: both faces and the strips between their edges.
 fn seam(geometry: &Geometry, sides: &[BlockFace; 2]) -> (SurfaceBuilder, f64, f64) {
     let [a, b] = sides;
     let mut mesh = SurfaceBuilder::default();
@@ -145,7 +145,7 @@ fn seam(geometry: &Geometry, sides: &[BlockFace; 2]) -> (SurfaceBuilder, f64, f6
     (mesh, 0.0, reach)
 }
 
-/// A charge that pushes nothing, and what would be nearest.
+/// Fault of a charge that selects nothing; it names the nearest candidate.
 fn no_face(index: usize, region: &Region, holes: &Holes<'_>) -> Fault {
     let geometry = holes.geometry;
     let what = "selects nothing: no wall of a cavity and no joint has its centre there";

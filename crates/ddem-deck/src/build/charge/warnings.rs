@@ -10,7 +10,7 @@ use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
 use ddem_core::problem::{Geometry, Vec3};
 
-/// Pressure of the air `[Pa]`.
+/// Atmospheric pressure `[Pa]`.
 const AIR: f64 = 1e5;
 
 fn of_region(index: usize, code: Code, message: String) -> Diagnostic {
@@ -51,7 +51,7 @@ pub(super) fn of_cavities(
     warnings
 }
 
-/// Warning about a cavity whose surface ends at a point.
+/// Warning about a cavity whose surface is open at a point.
 fn ended(index: usize, end: CavityEnd, at: Vec3, deck: &Deck) -> Diagnostic {
     let at = place(at);
     let split = "split all blocks around the cavity alike";
@@ -102,8 +102,9 @@ pub(super) fn of_joints(
             format!("the gas does not push {others} joints between faces that do not match");
         warnings.push(of_region(index, Code::NonconformingJoints, message));
     }
-    // A sphere or a cylinder around the middle of a block is a hole, unless it is wider than two blocks:
-    // then it may as well take the joints of a part of the model. Joints are also named by planes.
+    // A sphere or cylinder around the centre of a block probably stands for a hole that nobody has
+    // removed. If it is wider than two blocks, it may select the joints of a part of the model.
+    // Regions with planes select joints, too.
     let hole = region.is_round() && region.planes() == 0;
     let inside = |&block: &usize| {
         let (centre, edge) = (geometry.centre(block), geometry.shortest_edge(block));

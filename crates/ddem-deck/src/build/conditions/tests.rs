@@ -3,7 +3,7 @@ use ddem_core::problem::Vec3;
 
 use crate::schema::*;
 
-/// Two blocks of 2 m × 1 m × 1 m each along x, with a gap of 0.02 m and one of no blocks more.
+/// Deck of 2 × 2 blocks of 2 m × 1 m × 1 m with joints of 0.02 m thickness.
 fn deck(load: Load) -> Deck {
     let rock = Material { density: 2400.0, young: 18e9, poisson: 0.25 };
     let seam = Joint { thickness: 0.02, material: Some("rock".into()), ..Joint::default() };
@@ -62,7 +62,8 @@ fn times(v: [f64; 3], factor: f64) -> [f64; 3] {
 #[test]
 fn a_line_across_all_blocks_has_its_length_and_middle() {
     let line = |region: Where| deck(Load { region, line: Some(UP), ..Load::default() });
-    // Along y on top, over the gap between the blocks; at an edge, and in a gap.
+    // Lines along y on the top, across a gap: at an edge and inside a gap. Then a line along x
+    // inside a gap.
     check(&line(planes([plane(0.0), None, plane(1.0)])), times(UP, 2.0), [0.0, 1.0, 1.0]);
     check(&line(planes([plane(2.0), None, plane(1.0)])), times(UP, 2.0), [2.0, 1.0, 1.0]);
     check(&line(planes([None, plane(1.0), plane(1.0)])), times(UP, 4.0), [2.0, 1.0, 1.0]);
@@ -179,14 +180,14 @@ fn stages_bound_what_is_in_force() {
 fn a_half_space_cuts_a_face_as_a_range_does() {
     let below = |z: f64| Where { below: Some(Sheet::Level(z)), ..planes([plane(0.0), None, None]) };
     let traction = |region: Where| deck(Load { region, traction: Some(UP), ..Load::default() });
-    // The moment is that of whole nodes: of the force alone.
+    // Each nodal force acts at its node, so only the resultant force is exact, not its moment.
     for z in [0.1, 0.37, 0.9, 7.0] {
         let (sum, _) = resultant(&traction(below(z)));
         assert!((sum - Vec3::from(UP) * 2.0 * z.min(1.0)).norm() < 1e-12, "{z}: {sum}");
     }
 }
 
-/// A line where a plane and a side of a turned set meet, in the second gap and at an edge; a face by its dip.
+/// A line where a plane meets a side of a rotated set, in a gap and at an edge; faces by their dip.
 #[test]
 fn lines_and_faces_of_a_turned_set() {
     let turned = |mut deck: Deck| {
@@ -194,7 +195,7 @@ fn lines_and_faces_of_a_turned_set() {
         deck
     };
     let (s, c) = 30_f64.to_radians().sin_cos();
-    // Along x and z of the set.
+    // Coordinates of a point that is given along the axes of the set.
     let at = |x: f64, y: f64, z: f64| [x * c + z * s, y, z * c - x * s];
     for x in [2.0, 4.0] {
         let across =
@@ -209,7 +210,7 @@ fn lines_and_faces_of_a_turned_set() {
     check(&turned(deck(both)), times(UP, 16.0), at(2.0, 1.0, 0.5));
     let region = Where { above: Some(Sheet::Level(0.0)), side: Some(Side::HighZ), ..region };
     let top = Load { region, pressure: Some(5.0), ..Load::default() };
-    // Cut askew along x of the set, level along y: at z = 0 of the upper side.
+    // The half-space cuts the upper side along the set's y axis, at z = 0.
     let (sum, _) = resultant(&turned(deck(top)));
     let length = c / s;
     assert!((sum.norm() - 5.0 * 2.0 * length).abs() < 1e-9, "{sum}");

@@ -1,4 +1,4 @@
-//! `[[assign]]`: the joints and materials that a part of the model has, in each stage.
+//! `[[assign]]`: joints and materials of parts of the model in each stage.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use crate::schema::{Assign, Deck, Joint};
 use ddem_core::problem::{Geometry, Lattice, NO_JOINT, Sets};
 use ddem_core::{ErrorCode, Fault};
 
-/// The entries in force in a stage, with their numbers.
+/// Entries in force in a stage, with their numbers.
 pub(super) fn in_force(deck: &Deck, stage: usize) -> impl Iterator<Item = (usize, &Assign)> {
     let now = move |entry: &Assign| {
         deck.stage_range(entry.from.as_ref(), entry.until.as_ref()).has(stage)
@@ -19,15 +19,15 @@ pub(super) fn in_force(deck: &Deck, stage: usize) -> impl Iterator<Item = (usize
     deck.assign.iter().enumerate().filter(move |(_, entry)| now(entry))
 }
 
-/// True if other entries are in force in a stage than in the previous one.
+/// True if an entry begins or ends at the start of a stage.
 pub(super) fn changes(deck: &Deck, stage: usize) -> bool {
     let name = deck.stage.get(stage).map(|entry| &entry.name);
     let at = |entry: &&Assign| [entry.from.as_ref(), entry.until.as_ref()].contains(&name);
     stage > 0 && deck.assign.iter().any(|entry| at(&entry))
 }
 
-/// Gives lattices the joints and materials that are in force in a stage. Returns the entries that found
-/// neither a joint nor a block in them.
+/// Assigns the joints and materials in force in a stage to lattices. Returns the entries that
+/// select neither a joint nor a block of them.
 pub(super) fn assign(
     lattices: &mut [Arc<Lattice>],
     (deck, names): (&Deck, &Names),
@@ -54,8 +54,8 @@ pub(super) fn assign(
     unused
 }
 
-/// Gives a geometry, which has what was taken out by then, the joints and materials of a stage from `lattices`,
-/// which have none assigned yet.
+/// Assigns the joints and materials of a stage to a geometry in which blocks may have been removed.
+/// `lattices` are the lattices before any assignment.
 pub(super) fn assign_anew(
     geometry: &mut Geometry,
     mut lattices: Vec<Arc<Lattice>>,
@@ -90,7 +90,7 @@ pub(super) fn assign_anew(
     };
     let pairs = pairs.into_iter().map(|(blocks, (joint, _))| (blocks, joint)).collect();
     let [mut joined, apart] = nonconforming_joints(geometry, (deck, names, stage), sets, &pairs);
-    // Joints do not come, nor back, in a run: what is in contact stays so.
+    // A run neither adds nor restores joints: blocks in contact stay in contact.
     joined.retain(|joint_pair| before.joint_of(joint_pair.blocks).is_some());
     geometry.join(joined);
     geometry.apart = Arc::new(apart);
@@ -99,7 +99,7 @@ pub(super) fn assign_anew(
     faults
 }
 
-/// Faults of entries that found nothing in the lattices, nor between two of them.
+/// Faults of entries that select nothing, neither in the lattices nor between two of them.
 pub(super) fn unused_faults(
     geometry: &Geometry,
     deck: &Deck,
@@ -126,8 +126,8 @@ fn assigns_nothing(geometry: &Geometry, index: usize, entry: &Assign, region: &R
     }
 }
 
-/// A fault where a joint becomes one of another thickness or elasticity: blocks, layers and springs
-/// stay what they are.
+/// Fault of a joint that is replaced by one of another thickness or elasticity. Blocks, layers and
+/// springs cannot change.
 fn changed(
     geometry: &Geometry,
     before: &Geometry,
@@ -188,7 +188,8 @@ fn changed(
     Some(Fault::new(ErrorCode::NotSupported, place, message).help(help))
 }
 
-/// Thickness `[m]`, stiffnesses `[Pa/m]` and density `[kg/m³]` of a joint, and whether it is springs.
+/// Thickness `[m]`, stiffnesses `[Pa/m]` and density `[kg/m³]` of a joint; true if it consists of
+/// springs.
 fn matter(deck: &Deck, joint: &Joint) -> (f64, Option<[f64; 2]>, Option<f64>, bool) {
     let named = joint.material.as_ref().and_then(|name| deck.materials.get(name));
     let density = named.map(|material| material.density).or(joint.density);

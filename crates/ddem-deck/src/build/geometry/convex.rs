@@ -1,24 +1,24 @@
-//! Convex bodies, and what planes leave of them.
+//! Convex polyhedra, and the parts that planes cut off them.
 
 use super::region::PlaneEquation;
 use ddem_core::problem::Vec3;
 
-/// Sides of the prism that stands for a cylinder, of the same area.
+/// Number of sides of the prism that represents a cylinder with the same cross-sectional area.
 const SIDES: usize = 720;
 
-/// A convex body by its faces, counter-clockwise from outside.
+/// Convex polyhedron, given by its faces, counter-clockwise as seen from outside.
 #[derive(Clone, Debug)]
 pub(super) struct Convex(Vec<Vec<Vec3>>);
 
 impl Convex {
-    /// The parallelepiped with these corners, numbered by bits.
+    /// Parallelepiped with these corners; bit `d` of a corner's number is its end along edge `d`.
     pub(super) fn parallelepiped(corners: &[Vec3; 8]) -> Self {
         let faces =
             [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
         Self(faces.iter().map(|face| face.iter().map(|&k| corners[k]).collect()).collect())
     }
 
-    /// A prism that has the volume of a cylinder.
+    /// Prism with the volume of a cylinder.
     pub(super) fn cylinder([from, to]: &[Vec3; 2], radius: f64) -> Self {
         let axis = (to - from).normalize();
         let across = Vec3::ith(axis.iamin(), 1.0).cross(&axis).normalize();
@@ -55,7 +55,7 @@ impl Convex {
                     rim.push(*a);
                 }
             }
-            // The lid takes the place of a face in the plane; one that only touches it has no area.
+            // The lid replaces a face in the plane; a face that only touches the plane has no area.
             let lies = face.iter().all(|x| plane.off(x) == 0.0);
             if kept.len() > 2 && !lies {
                 faces.push(kept);
@@ -65,7 +65,7 @@ impl Convex {
         Self(faces)
     }
 
-    /// `[m³]`.
+    /// Volume `[m³]`.
     pub(super) fn volume(&self) -> f64 {
         let Some(&origin) = self.0.first().and_then(|face| face.first()) else { return 0.0 };
         let cone = |face: &Vec<Vec3>| {
@@ -78,7 +78,8 @@ impl Convex {
     }
 }
 
-/// The face that closes a body where a plane has cut it: its corners around their middle.
+/// Face that closes a polyhedron where a plane has cut it, with the corners in order around their
+/// middle.
 fn lid(normal: &Vec3, rim: Vec<Vec3>) -> Option<Vec<Vec3>> {
     let first = rim.first()?;
     let middle = rim.iter().sum::<Vec3>() / rim.len() as f64;

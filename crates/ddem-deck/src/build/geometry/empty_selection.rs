@@ -6,23 +6,23 @@ use super::region::Region;
 use ddem_core::problem::{Geometry, Lattice, Vec3, moved_to};
 use ddem_core::{ErrorCode, Fault};
 
-/// A selection without anything in it.
+/// Fault of a `where` that selects nothing.
 pub(crate) fn nothing(place: String, what: &str) -> Fault {
     Fault::new(ErrorCode::EmptySelection, place, format!("selects nothing: {what} there"))
         .help(RULES)
 }
 
-/// Rules of planes and ranges.
+/// Rules by which planes and ranges select.
 const RULES: &str = "planes are met within 1e-6 of the region's size; ranges include their ends";
 
-/// A place for people, as a deck writes it.
+/// Position as text, in the notation of a deck.
 pub(crate) fn place(x: Vec3) -> String {
-    // What is no more than rounding is 0, not -0.
+    // Rounding errors become 0, not -0.
     let [x, y, z] = <[f64; 3]>::from(x).map(|x| (x * 1e6).round() / 1e6 + 0.0);
     format!("[{x}, {y}, {z}]")
 }
 
-/// A selection without any block in it, and what would be nearest.
+/// Fault of a selection without blocks; it names the nearest block.
 pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Arc<Lattice>]) -> Fault {
     let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
         let blocks = (0..l.block.len()).filter(|&at| l.has_block(at));
@@ -32,7 +32,7 @@ pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Arc<Lattice>])
     nearest(fault, region, centres, what)
 }
 
-/// A selection without any joint in it, and what would be nearest.
+/// Fault of a selection without joints; it names the nearest joint.
 pub(super) fn no_joint(fault: Fault, region: &Region, lattices: &[Arc<Lattice>]) -> Fault {
     let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
         let cells = (0..l.block.len()).filter(|&at| l.has_block(at)).map(|at| l.cell(at));
@@ -55,7 +55,7 @@ fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what:
     }
 }
 
-/// A selection without any node in it, and what would be nearest.
+/// Fault of a selection without nodes; it names the nearest node.
 pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fault {
     let mut help = RULES.to_owned();
     if let Some((block, node)) = region.nearest(geometry) {
@@ -80,7 +80,7 @@ pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fa
 }
 
 impl Region {
-    /// Nearest node and its block, where nothing is selected.
+    /// Nearest node and its block, for a region that selects nothing.
     pub(crate) fn nearest(&self, geometry: &Geometry) -> Option<(usize, Vec3)> {
         let mut nearest: Option<(f64, (usize, Vec3))> = None;
         for block in 0..geometry.blocks.len() {
@@ -101,10 +101,11 @@ impl Region {
         nearest.map(|(_, found)| found)
     }
 
-    /// Distance of a node from the planes, and of the place that counts for it from ranges and shapes `[m]`.
+    /// Distance of a node from the region `[m]`: of the node `x` from the planes, and of the point
+    /// `place` that counts for it from ranges and shapes.
     pub(crate) fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
         let out = |axis: usize| {
-            // Whatever the range is, this has a value.
+            // Unlike `clamp`, this accepts any range.
             self.ranges[axis].map_or(0.0, |[from, to]| place[axis] - place[axis].min(to).max(from))
         };
         let off = self.planes.iter().map(|plane| plane.off(x));

@@ -1,4 +1,4 @@
-//! Sets of blocks that touch, those that joints join, and those that a joint nearly joins.
+//! Sets of blocks that touch, that a joint joins, or that a joint nearly joins.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -8,14 +8,14 @@ use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
 use ddem_core::problem::{Geometry, NonconformingJoint};
 
-/// Two sets of blocks that touch, and what is between them.
+/// Two sets of blocks that touch, with the joint between them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Interface {
     /// Names of the two sets, in the order of the deck.
     pub sets: [String; 2],
-    /// Name of the joint that joins them; `None` where their blocks meet as contacts.
+    /// Name of the joint that joins them; `None` if their blocks meet as contacts.
     pub joint: Option<String>,
-    /// Number of faces: of pairs of a block of the one set and one of the other.
+    /// Number of pairs of touching faces, one of each set.
     pub faces: usize,
 }
 
@@ -37,10 +37,10 @@ fn over(faces: usize) -> String {
     format!("over {faces} face{}", if faces == 1 { "" } else { "s" })
 }
 
-/// Part of the shortest edge of two blocks up to which a gap between them may be a mistake.
+/// Largest gap that may be a mistake, as a fraction of the shortest edge of the two blocks.
 const NARROW: f64 = 0.02;
 
-/// Two sets, the earlier one first.
+/// Numbers of two sets, the earlier one first.
 type SetPair = [usize; 2];
 
 fn sets(geometry: &Geometry, blocks: [u32; 2]) -> SetPair {
@@ -49,7 +49,7 @@ fn sets(geometry: &Geometry, blocks: [u32; 2]) -> SetPair {
     sets
 }
 
-/// Sets that touch: those that joints join, and where contacts are found those that they do not.
+/// Sets that touch: those that joints join and, if contacts are found, those without a joint.
 pub(in crate::build) fn interfaces(geometry: &Geometry, deck: &Deck) -> Vec<Interface> {
     let mut faces: BTreeMap<(SetPair, Option<u16>), usize> = BTreeMap::new();
     let joined = geometry.joined().map(|a| (sets(geometry, a.blocks), Some(a.joint)));
@@ -78,7 +78,7 @@ fn of_set(set: usize, code: Code, message: String) -> Diagnostic {
     Diagnostic::warning(code, format!("blocks[{set}]"), message)
 }
 
-/// Warnings about sets that are nearer to each other than their joint is thick.
+/// Warnings about sets whose gap is narrower than the thickness of their joint.
 fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
     let mut pairs: BTreeMap<(SetPair, u16), Vec<&NonconformingJoint>> = BTreeMap::new();
     for joint in &*geometry.apart {
@@ -104,7 +104,7 @@ fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
     warnings.collect()
 }
 
-/// Warnings about sets that are farther apart and do not touch.
+/// Warnings about sets that neither touch nor have a joint, but have a narrow gap.
 fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
     if deck.blocks.len() < 2 {
         return Vec::new();

@@ -1,4 +1,4 @@
-//! The lattices of sets of blocks: cuts, gaps, and what regions select in them.
+//! Lattices of sets of blocks: their cuts and gaps, and the selections of regions in them.
 
 use std::sync::Arc;
 
@@ -10,10 +10,10 @@ use crate::schema::{BlockSet, Body, Deck, JointChoice};
 use ddem_core::problem::{Lattice, NO_JOINT, NONE, Vec3};
 use ddem_core::{ErrorCode, Fault};
 
-/// Nodes are numbered by 32 bits.
+/// Largest number of nodes; node numbers have 32 bits.
 pub(super) const MOST_NODES: f64 = u32::MAX as f64;
 
-/// The lattices of all sets, before `assign` and `remove`.
+/// Lattices of all sets, before `assign` and `remove`.
 pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Arc<Lattice>>, Vec<Fault>> {
     let mut lattices = Vec::new();
     let mut nodes = 0.0;
@@ -39,7 +39,7 @@ pub(super) fn too_many(place: String, nodes: f64) -> Vec<Fault> {
     vec![Fault::new(ErrorCode::TooLarge, place, message).help("fewer blocks or divisions")]
 }
 
-/// Keys of a set for one edge.
+/// Keys of a block set for one edge.
 struct EdgeCuts {
     count: f64,
     length: f64,
@@ -100,7 +100,8 @@ fn lattice(
 }
 
 impl Region {
-    /// Cells selected as §1 of the deck says: the centroid lies inside, or a plane touches a face.
+    /// True if a cell is selected (§1 of the deck): its centroid lies in the ranges and shapes, and
+    /// each plane contains the centroid or touches a face.
     pub(super) fn selects(&self, lattice: &Lattice, cell: [usize; 3]) -> bool {
         let centre = lattice.centre(cell);
         let touches = |plane: &PlaneEquation| {
@@ -154,7 +155,8 @@ impl Region {
     }
 }
 
-/// Opens the gaps: thickness belongs to a plane, and is measured along its normal.
+/// Sets the gaps of the joints. All joints of a lattice plane share one thickness, which is
+/// measured along the normal.
 pub(super) fn open_gaps(lattice: &mut Lattice, deck: &Deck, names: &Names) -> Vec<Fault> {
     let mut faults = Vec::new();
     let place = format!("blocks[{}]", lattice.set);
@@ -188,7 +190,7 @@ pub(super) fn open_gaps(lattice: &mut Lattice, deck: &Deck, names: &Names) -> Ve
                     )
                     .help("give all joints on one plane the same thickness"),
                 );
-                // One such fault says it all.
+                // One such fault is enough.
                 return faults;
             }
         }
@@ -239,7 +241,8 @@ fn too_thick(
 fn positions(cuts: &EdgeCuts) -> (Vec<f64>, Vec<f64>) {
     if let Some(edges) = &cuts.edges {
         let mut lengths: Vec<f64> = edges.windows(2).map(|w| w[1] - w[0]).collect();
-        // Lengths equal to rounding become equal, so that equal blocks share their tables.
+        // Lengths that differ only by rounding become equal, so that equal blocks share their
+        // tables.
         let mut order: Vec<usize> = (0..lengths.len()).collect();
         order.sort_by(|&a, &b| lengths[a].total_cmp(&lengths[b]));
         for pair in order.windows(2) {

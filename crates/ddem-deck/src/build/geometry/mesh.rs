@@ -18,7 +18,7 @@ fn blocks(index: usize, mesh: &BlockMesh) -> Result<Vec<MeshBlock>, Fault> {
     })
 }
 
-/// Lattices of a set given as a mesh: one of a single cell for each block.
+/// Lattices of a set given as a mesh: a lattice of one cell for each block.
 pub(super) fn lattices(
     (index, set): (usize, &BlockSet),
     mesh: &BlockMesh,
@@ -41,10 +41,10 @@ pub(super) fn lattices(
     Ok(blocks.iter().map(lattice).collect())
 }
 
-/// Joints that are given to two blocks, each with its place in the deck.
+/// Joints given for pairs of blocks, each with its place in the deck.
 pub(super) type Given = HashMap<[u32; 2], (u16, String)>;
 
-/// Joints of single pairs of faces, by their blocks.
+/// Joints given for single pairs of faces, by their blocks.
 pub(super) fn joints(geometry: &Geometry, deck: &Deck, names: &Names) -> Result<Given, Vec<Fault>> {
     let (mut joints, mut faults) = (HashMap::new(), Vec::new());
     for (index, set) in deck.blocks.iter().enumerate() {
@@ -71,7 +71,7 @@ pub(super) fn joints(geometry: &Geometry, deck: &Deck, names: &Names) -> Result<
     if faults.is_empty() { Ok(joints) } else { Err(faults) }
 }
 
-/// Faults of joints of single pairs of faces that join nothing, of blocks that are there.
+/// Faults of joints between single pairs of faces that join nothing although both blocks exist.
 pub(super) fn apart(geometry: &Geometry, given: Given) -> Vec<Fault> {
     let there = |block: &u32| (*block as usize) < geometry.blocks.len();
     let alone = given

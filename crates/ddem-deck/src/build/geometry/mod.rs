@@ -1,4 +1,4 @@
-//! Sets of blocks: cut, split, assigned and taken out.
+//! Geometry of sets of blocks: cutting, splitting, assigning and removing.
 
 mod assign;
 mod convex;
@@ -33,11 +33,11 @@ use crate::schema::{Assign, BlockSet, Deck, Remove};
 use ddem_core::problem::{Geometry, Lattice, Sets};
 use ddem_core::{ErrorCode, Fault};
 
-/// Geometry of a deck at the start, and what its parts of space refer to.
+/// Geometry of a deck at the start, with the sets to which its regions refer.
 pub(in crate::build) struct Cut {
     pub(in crate::build) geometry: Geometry,
     pub(in crate::build) sets: Sets,
-    /// Blocks that curved and slanted shapes have split and taken out.
+    /// Blocks that curved and slanted regions have split or removed.
     pub(in crate::build) taken: Vec<Selection>,
 }
 
@@ -66,7 +66,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
         }
     }
     for lattice in lattices.iter_mut().map(Arc::make_mut) {
-        // Parts that are too small are so along all edges.
+        // Refined blocks that are too small are so along all edges; one fault is enough.
         let most = if lattice.refined.is_some() { 1 } else { usize::MAX };
         faults.extend(lattice::open_gaps(lattice, deck, names).into_iter().take(most));
     }
@@ -97,7 +97,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
 }
 
 impl Region {
-    /// Blocks whose centroid lies in a region, or a face of which lies on a plane of it.
+    /// Blocks whose centroid lies in the region, or that have a face on a plane of it.
     pub(in crate::build) fn blocks(&self, geometry: &Geometry) -> Vec<usize> {
         let inside = |&block: &usize| {
             let cell = geometry.blocks[block].cell.map(|c| c as usize);
@@ -109,7 +109,7 @@ impl Region {
     }
 }
 
-/// The lattices of all sets, refined, before anything is assigned or removed.
+/// Lattices of all sets after refinement, before anything is assigned or removed.
 struct Refined {
     lattices: Vec<Arc<Lattice>>,
     sets: Sets,

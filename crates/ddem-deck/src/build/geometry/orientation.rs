@@ -3,19 +3,19 @@
 use crate::schema::{Where, normal_of};
 use ddem_core::problem::Vec3;
 
-/// Angle by which joints may deviate where a deck does not say `[degrees]`.
+/// Default angle by which joints may deviate `[degrees]`.
 const WITHIN: f64 = 2.0;
-/// Error of an angle by rounding `[rad]`.
+/// Rounding error of an angle `[rad]`.
 const ROUNDING: f64 = 1e-9;
 
-/// Planes of an orientation.
+/// Orientation of planes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Facing {
     /// Angle below the horizontal `[rad]`.
     dip: f64,
-    /// Unit normal; none where planes may dip in any direction.
+    /// Unit normal; `None` if planes may dip in any direction.
     normal: Option<Vec3>,
-    /// By how much planes may deviate `[rad]`.
+    /// Largest deviation of planes `[rad]`.
     within: f64,
 }
 
@@ -30,7 +30,7 @@ impl Facing {
         })
     }
 
-    /// True where a plane with this normal, which may point to either side, has the orientation.
+    /// True if a plane with this normal, which may point to either side, has the orientation.
     pub(super) fn has(&self, normal: &Vec3) -> bool {
         let off = match self.normal {
             Some(wanted) => libm::atan2(wanted.cross(normal).norm(), wanted.dot(normal).abs()),

@@ -7,21 +7,22 @@ use crate::schema::Deck;
 use ddem_core::problem::{Lattice, Vec3, bounds_of, meeting};
 use ddem_core::{ErrorCode, Fault};
 
-/// Most faults: nobody reads more, and of many sets on one place there would be very many.
+/// Largest number of faults: many sets in one place would give very many, which nobody reads.
 const MOST: usize = 50;
 
-/// Two blocks that overlap, the cell of each in its set.
+/// Two blocks that overlap, given by their cells in their sets.
 struct Overlap {
     cells: [[usize; 3]; 2],
     depth: f64,
 }
 
-/// Sets whose blocks overlap by more than their skins. A set may fill what was removed from another.
+/// Faults of sets whose blocks overlap by more than their joints allow. A set may fill the place of
+/// blocks removed from another.
 pub(super) fn overlaps(lattices: &[Arc<Lattice>], deck: &Deck) -> Vec<Fault> {
     let surfaces: Vec<f64> = lattices.iter().map(|lattice| surface(lattice)).collect();
     let fault = |(i, j): (usize, usize)| {
         let rounding = rounding(&lattices[i], &lattices[j]);
-        // Skins are measured to rounding of another kind.
+        // The joint thicknesses have rounding errors, too.
         let allowed = (surfaces[i] + surfaces[j] + 1e-2 * rounding).max(rounding);
         let Overlap { cells: [in_i, in_j], depth } = deepest(&lattices[i], &lattices[j], allowed)?;
         let message = format!(
@@ -50,8 +51,8 @@ pub(super) fn overlaps(lattices: &[Arc<Lattice>], deck: &Deck) -> Vec<Fault> {
     close(lattices).into_iter().filter_map(fault).take(MOST).collect()
 }
 
-/// Part of the shortest edge by which what is written with a few digits does not fit: contacts take
-/// such an overlap as it is, and close such a gap.
+/// Fraction of the shortest edge by which corners written with a few digits may fail to fit.
+/// Contacts accept such an overlap and close such a gap.
 const ROUNDING: f64 = 1e-4;
 
 /// Tolerance for corners written with a few digits `[m]`.
@@ -77,8 +78,8 @@ fn close(lattices: &[Arc<Lattice>]) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// The two blocks of two sets that overlap most, if by more than what is allowed. Looks only at
-/// cells of one set in the neighbourhood of a cell of the other.
+/// The two blocks of two sets that overlap most, if the depth exceeds `allowed`. Only cells that
+/// are near each other are compared.
 fn deepest(a: &Lattice, b: &Lattice, allowed: f64) -> Option<Overlap> {
     overlap([a, b], [&a.corners(), &b.corners()], allowed)?;
     let mut most: Option<Overlap> = None;
@@ -96,13 +97,14 @@ fn deepest(a: &Lattice, b: &Lattice, allowed: f64) -> Option<Overlap> {
     most
 }
 
-/// Depth by which two parallelepipeds overlap, if it is more than what is allowed.
+/// Depth by which two parallelepipeds overlap `[m]`, if it exceeds `allowed`.
 fn overlap([a, b]: [&Lattice; 2], corners: [&[Vec3; 8]; 2], allowed: f64) -> Option<f64> {
     let (depth, size) = depth(a, corners[0], b, corners[1])?;
     (depth > allowed + 1e-9 * size).then_some(depth)
 }
 
-/// Depth (negative: gap, at least this wide) and size of two parallelepipeds, by separating axes.
+/// Depth of the overlap and size of two parallelepipeds `[m]`, by separating axes. A negative depth
+/// is a gap of at least that width.
 fn depth(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option<(f64, f64)> {
     let normals = (0..3).flat_map(|d| [a.normal(d), b.normal(d)]);
     let crossed = (0..9).map(|k| a.axes[k / 3].cross(&b.axes[k % 3]));
@@ -120,8 +122,8 @@ fn depth(a: &Lattice, in_a: &[Vec3; 8], b: &Lattice, in_b: &[Vec3; 8]) -> Option
     depth.is_finite().then_some((depth, size))
 }
 
-/// Half of the largest thickness of its joints: as far blocks may reach into those of other
-/// sets `[m]`.
+/// Half of the largest thickness of a lattice's joints `[m]`, by which its blocks may reach into
+/// those of other sets.
 fn surface(lattice: &Lattice) -> f64 {
     let along = |d: usize| {
         let widest = lattice.gaps[d].iter().copied().fold(0.0, f64::max);
@@ -130,10 +132,10 @@ fn surface(lattice: &Lattice) -> f64 {
     along(0).max(along(1)).max(along(2))
 }
 
-/// The box along the coordinate axes around it, larger by more than rounding.
+/// Box along the coordinate axes around a lattice, enlarged by more than rounding errors.
 fn box_around(lattice: &Lattice) -> [Vec3; 2] {
     let [low, high] = bounds_of(&lattice.corners());
-    // More than what counts as touching, whatever the size of the other set.
+    // The margin exceeds the tolerance of touching for any size of the other set.
     let margin = Vec3::repeat(4e-9 * (high - low).norm() + ROUNDING * lattice.shortest());
     [low - margin, high + margin]
 }
@@ -142,7 +144,7 @@ fn corners_of_cell(lattice: &Lattice, cell: [usize; 3]) -> [Vec3; 8] {
     lattice.corners_of(cell, cell.map(|i| i + 1))
 }
 
-/// Cells that have a body and may meet a parallelepiped, x fastest.
+/// Cells that have a block and may meet a parallelepiped, x fastest.
 fn blocks_near<'a>(
     lattice: &'a Lattice,
     corners: &[Vec3; 8],

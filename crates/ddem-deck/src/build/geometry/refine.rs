@@ -1,8 +1,9 @@
-//! Blocks split along each edge: a finer lattice of its own, in the place of coarser blocks.
+//! Refinement: blocks are split along each edge, and a finer lattice takes the place of coarser
+//! blocks.
 //!
-//! The finer lattice has the planes of the coarser one and others between them, so that blocks of both
-//! keep the gaps of the joints between them. What is not split is elsewhere for it, as what is split is for
-//! the coarser one.
+//! The finer lattice has the planes of the coarser one and others between them, so that blocks of
+//! both keep the gaps of the joints between them. Cells of unsplit blocks are `ELSEWHERE` in the
+//! finer lattice, and cells of split blocks are `ELSEWHERE` in the coarser one.
 
 use std::sync::Arc;
 
@@ -15,14 +16,14 @@ use crate::schema::names::segment;
 use ddem_core::problem::{ELSEWHERE, Lattice, NO_JOINT, Pages};
 use ddem_core::{ErrorCode, Fault};
 
-/// Most cells of the lattice of one `[[refine]]`, whether split blocks are in them or not.
+/// Largest number of cells in the lattices of one `[[refine]]`, with or without split blocks.
 const MOST_CELLS: f64 = 1e8;
 
-/// Times the thickness of the joint across it that a refined edge is at least.
+/// Smallest ratio of a refined edge to the thickness of the joint across it.
 const THICKEST: f64 = 4.0;
 
-/// Splits the selected blocks of all lattices. Returns what is wrong with the entry `index`; fails where
-/// there would be too many nodes to go on.
+/// Splits the selected blocks of all lattices. Returns the fault of the entry `index`, if there is
+/// one; the error is a number of nodes that is too large to continue.
 pub(super) fn refine(
     lattices: &mut Vec<Arc<Lattice>>,
     region: &Region,
@@ -83,8 +84,8 @@ pub(super) fn refine(
     Ok(None)
 }
 
-/// The first cells and those after the last of the box around some cells, with one more around where
-/// there is one, and how many cells they are when they are split.
+/// Box around some cells, enlarged by one cell on each side within the lattice: its first cells,
+/// the cells after its last, and its numbers of cells after splitting.
 fn around(
     lattice: &Lattice,
     cells: &[usize],
@@ -104,7 +105,7 @@ fn around(
     (from, to, [0, 1, 2].map(|d| (to[d] - from[d]) * factor))
 }
 
-/// The finer lattice of some cells, with one more cell around where there is one.
+/// Finer lattice of some cells, with one more cell on each side within the lattice.
 fn split(lattice: &Lattice, cells: &[usize], factor: usize) -> Lattice {
     let (from, to, count) = around(lattice, cells, factor);
     let lengths = [0, 1, 2].map(|d| {
@@ -147,7 +148,7 @@ fn split(lattice: &Lattice, cells: &[usize], factor: usize) -> Lattice {
     finer
 }
 
-/// A refined lattice whose blocks are hardly larger than the joints between them.
+/// Fault of a refined lattice whose blocks are hardly larger than the joints between them.
 pub(super) fn too_fine(lattice: &Lattice, deck: &Deck, names: &Names) -> Option<Fault> {
     let index = lattice.refined?;
     let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();

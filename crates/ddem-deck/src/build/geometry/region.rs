@@ -1,4 +1,4 @@
-//! `where` as geometry: what lies in it.
+//! Geometry of a `where`, with tests for points and faces.
 
 use std::sync::Arc;
 
@@ -9,14 +9,14 @@ use super::terrain::Terrain;
 use crate::schema::{Extent, Plane, Sheet, Where};
 use ddem_core::problem::{Sets, Vec3};
 
-/// A plane: the points with `normal·x = at`.
+/// Plane: the points with `normal·x = at`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PlaneEquation {
     /// Unit vector.
     pub(crate) normal: Vec3,
-    /// `[m]`.
+    /// Position along the normal `[m]`.
     pub(crate) at: f64,
-    /// By how much points on it may miss `[m]`.
+    /// Largest distance of points that count as on the plane `[m]`.
     pub(crate) tolerance: f64,
 }
 
@@ -30,7 +30,7 @@ impl PlaneEquation {
         self.off(x).abs() <= self.tolerance
     }
 
-    /// The axis along which the normal points, either way.
+    /// Axis along which the normal points, in either direction; `None` for an oblique plane.
     fn axis(&self) -> Option<usize> {
         (0..3).find(|&axis| (0..3).all(|k| k == axis || self.normal[k] == 0.0))
     }
@@ -39,17 +39,17 @@ impl PlaneEquation {
 /// A `where` with its tolerances and the index of its set.
 #[derive(Clone, Debug)]
 pub(crate) struct Region {
-    /// Along the coordinate axes.
+    /// Ranges along the coordinate axes `[m]`.
     pub(super) ranges: [Option<[f64; 2]>; 3],
-    /// Planes, on all of which a selected place lies.
+    /// Planes; a selected point lies on all of them.
     pub(super) planes: Vec<PlaneEquation>,
-    /// And not on the side to which the normals of these point.
+    /// Bounds of half-spaces; a selected point is not on the side to which their normals point.
     pub(super) slopes: Vec<PlaneEquation>,
     pub(super) sphere: Option<(Vec3, f64)>,
     /// Centres of the ends, and radius.
     pub(super) cylinder: Option<([Vec3; 2], f64)>,
     pub(super) solid: Option<Arc<Solid>>,
-    /// Topographies, and whether what is above is selected.
+    /// Topographies, each with true if the space above it is selected.
     pub(super) terrains: Vec<(Terrain, bool)>,
     pub(super) facing: Option<Facing>,
     pub(super) set: Option<usize>,
@@ -71,7 +71,7 @@ impl Region {
             terrains: Vec::new(),
             facing: Facing::new(region),
             set: region.set.as_deref().and_then(named),
-            // A flat region still has a size: that of its longest side, shrunk.
+            // A flat region still has a size: a small fraction of its longest side.
             tolerance: [0, 1, 2].map(|k| 1e-6 * size[k].max(1e-3 * size.max())),
         };
         for (axis, extent) in [region.x, region.y, region.z].into_iter().enumerate() {
@@ -113,7 +113,8 @@ impl Region {
         self.flat(normal, normal.dot(&Vec3::from(plane.point)))
     }
 
-    /// Takes in that everything is above or below a plane. Across an axis that is a range.
+    /// Adds the half-space above or below a plane. It becomes a range if the plane is normal to an
+    /// axis and no plane is given on that axis.
     fn bound(&mut self, flat: PlaneEquation, above: bool) {
         let out = if above { -1.0 } else { 1.0 };
         let on_plane = |axis: usize| {
@@ -143,7 +144,7 @@ impl Region {
         self.ranges[axis]
     }
 
-    /// True where a sphere or a cylinder is given.
+    /// True if a sphere or a cylinder is given.
     pub(crate) fn is_round(&self) -> bool {
         self.sphere.is_some() || self.cylinder.is_some()
     }
@@ -153,7 +154,7 @@ impl Region {
         self.planes.len()
     }
 
-    /// Inside the ranges and the shapes; planes do not count.
+    /// True if a point lies in the ranges and the shapes; planes do not count.
     pub(crate) fn in_ranges(&self, x: &Vec3) -> bool {
         self.in_ranges_alone(x) && self.in_shapes(x)
     }
@@ -166,8 +167,8 @@ impl Region {
         })
     }
 
-    /// The part of a box outside of which nothing is in the ranges, the sphere and the cylinder; none where that
-    /// is all of it.
+    /// Part of a box that may contain points of the ranges, the sphere and the cylinder; `None` if
+    /// there is no such part.
     pub(crate) fn part_of(&self, [low, high]: &[Vec3; 2]) -> Option<[Vec3; 2]> {
         let (mut low, mut high) = (*low, *high);
         let sphere = self.sphere.map(|(centre, radius)| ([centre; 2], radius));
@@ -188,12 +189,12 @@ impl Region {
         self.in_ranges(x) && self.on_planes(x)
     }
 
-    /// True where a face with this centre and normal belongs to the region.
+    /// True if a face with this centre and normal belongs to the region.
     pub(crate) fn contains_face(&self, centre: &Vec3, normal: &Vec3) -> bool {
         self.faces(normal) && self.contains(centre)
     }
 
-    /// True where a face with this normal has the orientation that is asked for.
+    /// True if a face with this normal has the given orientation.
     pub(super) fn faces(&self, normal: &Vec3) -> bool {
         self.facing.is_none_or(|facing| facing.has(normal))
     }
@@ -202,7 +203,7 @@ impl Region {
         self.planes.iter().all(|plane| plane.has(x))
     }
 
-    /// Inside all shapes that do not go along the axes.
+    /// True if a point lies in all shapes that are not aligned with the axes.
     pub(super) fn in_shapes(&self, x: &Vec3) -> bool {
         self.in_firm_shapes(x)
             && self.terrains.iter().all(|(terrain, above)| {
@@ -212,24 +213,24 @@ impl Region {
             })
     }
 
-    /// Inside all of them but the topographies.
+    /// True if a point lies in all shapes except the topographies.
     fn in_firm_shapes(&self, x: &Vec3) -> bool {
         self.beyond_round(x) <= self.clear()
             && self.slopes.iter().all(|slope| slope.off(x) <= slope.tolerance)
             && self.solid.as_ref().is_none_or(|solid| solid.contains(x))
     }
 
-    /// True where the height of a topography decides that a point belongs.
+    /// True if only the height of a topography decides whether a point belongs to the region.
     pub(super) fn asks_heights_at(&self, x: &Vec3) -> bool {
         self.in_ranges_alone(x) && self.in_firm_shapes(x)
     }
 
-    /// By how much points may be outside of a shape `[m]`.
+    /// Largest distance from a shape at which points still count as inside `[m]`.
     pub(super) fn clear(&self) -> f64 {
         self.tolerance.iter().fold(f64::MAX, |a, &b| a.min(b))
     }
 
-    /// Distance of a point outside of the sphere or the cylinder `[m]`.
+    /// Distance of a point from the sphere or the cylinder `[m]`, 0 inside.
     pub(super) fn beyond_round(&self, x: &Vec3) -> f64 {
         let sphere = self.sphere.map_or(0.0, |(centre, radius)| (x - centre).norm() - radius);
         let cylinder = self.cylinder.map_or(0.0, |([from, to], radius)| {
@@ -242,7 +243,8 @@ impl Region {
         sphere.max(cylinder).max(0.0)
     }
 
-    /// Distance of a point outside of all shapes, of a closed surface from the box around it `[m]`.
+    /// Largest distance of a point from the shapes `[m]`, 0 inside. For a closed surface it is the
+    /// distance from its box.
     pub(super) fn beyond_shapes(&self, x: &Vec3) -> f64 {
         let slopes = self.slopes.iter().map(|slope| slope.off(x));
         let solid = self.solid.iter().map(|solid| solid.outside_box(x));
@@ -255,9 +257,9 @@ impl Region {
 }
 
 impl PlaneEquation {
-    /// With the normal upward; of an upright plane it stays.
+    /// Same plane with its normal upward. The normal of a vertical plane is unchanged.
     fn upright(self) -> Self {
-        // Rounding does not turn an upright plane.
+        // Rounding errors must not flip the normal of a vertical plane.
         if self.normal.z >= -1e-12 {
             return self;
         }

@@ -1,4 +1,4 @@
-//! `where`: which nodes, and how much line, face or volume belongs to each.
+//! Selections of a `where`: nodes, and the length, area or volume that belongs to each.
 //!
 //! ```text
 //!   x = 6 lies in a gap: both sides belong to the selection and share
@@ -12,10 +12,11 @@ use super::touching::TouchingFaces;
 use ddem_core::problem::{BlockFace, FaceId, Geometry, Strip, Vec3};
 
 impl Region {
-    /// True if a node is selected: in the ranges, and on each plane or beside a gap that contains it.
+    /// True if a node is selected: it is in the ranges, and each plane contains it or lies in a gap
+    /// beside it.
     pub(crate) fn has_node(&self, geometry: &Geometry, block: usize, at: [usize; 3]) -> bool {
         let x = geometry.position(block, at);
-        // A rigid block is taken as a whole, by its centroid.
+        // A rigid block is selected as a whole, by its centroid.
         let whole = geometry.is_rigid(block);
         let place = if whole { geometry.centre(block) } else { x };
         self.has_set(geometry.set(block))
@@ -33,7 +34,7 @@ impl Region {
             })
     }
 
-    /// All nodes that belong, in order.
+    /// Selected nodes, in order.
     pub(crate) fn nodes(&self, geometry: &Geometry) -> Vec<u32> {
         let mut nodes = Vec::new();
         for block in 0..geometry.blocks.len() {
@@ -50,7 +51,7 @@ impl Region {
         nodes
     }
 
-    /// Nodes that it selected at the start and whose blocks have been taken out by now.
+    /// Nodes that the region selected at the start and whose blocks have been removed since.
     pub(crate) fn removed_nodes(&self, start: &Geometry, now: &Geometry) -> Vec<u32> {
         if std::ptr::eq(start, now) {
             return Vec::new();
@@ -60,8 +61,8 @@ impl Region {
         nodes
     }
 
-    /// Weight of each selected node by the extent it stands for: lengths of the selected line,
-    /// areas of the selected face, volumes, or 1 at a single point. Sides of a gap share.
+    /// Weight of each selected node: its part of the selected line's length, of the selected face's
+    /// area or of the volume, or 1 at a single point. The two sides of a gap share its weight.
     pub(crate) fn weights(&self, geometry: &Geometry) -> Vec<(u32, f64)> {
         let weight = |node: u32| {
             let (block, at) = geometry.locate(node as usize);
@@ -71,7 +72,8 @@ impl Region {
         self.nodes(geometry).into_iter().map(weight).collect()
     }
 
-    /// Half-spacings to selected neighbours along d, or the share of a gap where there is none.
+    /// Half the spacing to each selected neighbour along `d` plus half of a selected gap. Without
+    /// neighbours in the block it is 1, or 0.5 at a gap.
     fn extent_along(&self, geometry: &Geometry, block: usize, at: [usize; 3], d: usize) -> f64 {
         let partner = geometry
             .partner(block, at, d)
@@ -93,8 +95,8 @@ impl Region {
         }
     }
 
-    /// Length of the hat function of a node along d, clipped by the ranges: the part towards one
-    /// side, in the body or over half of a gap that `over_gap` lets it cross.
+    /// Integral of a node's hat function along `d` towards one side, clipped by the ranges `[m]`:
+    /// within the block, or over half of a gap that `over_gap` allows to cross.
     fn hat(
         &self,
         geometry: &Geometry,
@@ -121,7 +123,7 @@ impl Region {
         (y - x).norm() * integral.max(0.0)
     }
 
-    /// Tributary length of each node on the selected line. `None` when what is selected is not a
+    /// Tributary length of each node on the selected line `[m]`. `None` if the selection is not a
     /// line along an edge of the blocks.
     pub(crate) fn lengths(&self, geometry: &Geometry) -> Option<Vec<(u32, f64)>> {
         let [first, second] = self.planes[..] else { return None };
@@ -159,7 +161,7 @@ impl Region {
         Some(lengths)
     }
 
-    /// Region that selects lines in a direction: without the ranges that cut them.
+    /// Same region without shapes and without the ranges that cut lines of a given direction.
     fn along(&self, line: &Vec3) -> Self {
         let ranges = [0, 1, 2].map(|k| self.ranges[k].filter(|_| line[k].abs() < 1e-9));
         let Self { planes, facing, set, tolerance, .. } = self.clone();
@@ -168,8 +170,8 @@ impl Region {
         Self { ranges, planes, slopes, sphere, cylinder, solid, terrains, facing, set, tolerance }
     }
 
-    /// True if a range ends on a face both of whose edges run along its axis; the selected part is then no
-    /// product of two lengths.
+    /// True if a range ends inside a face whose edges both have a component along its axis. The
+    /// selected part is then not a product of two lengths.
     pub(crate) fn cuts_askew(&self, geometry: &Geometry, surface: &BlockFace) -> bool {
         let lattice = geometry.lattice(surface.block);
         let corners = surface.reach(geometry);
@@ -183,13 +185,13 @@ impl Region {
         })
     }
 
-    /// The outer faces selected: of the orientation and on every plane given, with something of them in
-    /// the ranges, and with their centre in the shapes.
+    /// Selected outer faces: they have the given orientation, lie on every given plane and partly
+    /// in the ranges, and have their centre in the shapes.
     pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<BlockFace> {
         self.sides(geometry, |surface| surface.is_outer(geometry))
     }
 
-    /// The faces that would be selected, but that another block abuts on a part of them.
+    /// Faces that would be selected if another block did not cover a part of them.
     pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<BlockFace> {
         let seats = TouchingFaces(geometry);
         let covered = seats.covered();
@@ -227,14 +229,14 @@ impl Region {
         })
     }
 
-    /// Tributary area of each node of a surface: half of each neighbouring element and, where the
-    /// next body has its face in the same plane, half of each neighbouring gap.
+    /// Tributary area of each node of a surface `[m²]`: half of each neighbouring element and, if
+    /// the next block has its face in the same plane, half of each neighbouring gap.
     pub(crate) fn areas(&self, geometry: &Geometry, surface: &BlockFace) -> Vec<(u32, f64)> {
         let area = |(node, slant, [e, f]): Strip| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
         self.strips(geometry, surface).into_iter().map(area).collect()
     }
 
-    /// The lengths of which these areas are products.
+    /// Lengths whose products are the tributary areas.
     pub(crate) fn strips(&self, geometry: &Geometry, surface: &BlockFace) -> Vec<Strip> {
         let BlockFace { block, face } = *surface;
         let normal = face.direction;

@@ -1,4 +1,4 @@
-//! The sets of blocks, to which the sides and the tolerance of a `where` refer.
+//! Sets of blocks, to which the sides and the tolerance of a `where` refer.
 
 use std::sync::Arc;
 
@@ -7,7 +7,7 @@ use ddem_core::problem::{Lattice, Set, Sets, Vec3, bounds, bounds_of};
 use super::region::PlaneEquation;
 use crate::schema::{BlockSet, Deck, Side};
 
-/// The sets of a deck, from their lattices before any is refined.
+/// Sets of a deck, from their lattices before refinement.
 pub(super) fn sets(deck: &Deck, lattices: &[Arc<Lattice>]) -> Sets {
     let set = |(index, entry): (usize, &BlockSet)| {
         let [from, to] =
@@ -51,14 +51,14 @@ pub(super) fn bounds_of_sets(sets: &Sets, wanted: impl Fn(usize) -> bool) -> [Ve
     bounds_of(&sets.flat_map(|(_, set)| set.corners).collect::<Vec<_>>())
 }
 
-/// Normal of a side of a set, and its position along that `[m]`.
+/// Normal of a side of a set, and the position of the side along the normal `[m]`.
 pub(super) fn side(set: &Set, side: Side) -> (Vec3, f64) {
     let (d, upper) = side.end();
     let (normal, ends) = set.ends[d];
     (normal, ends[usize::from(upper)])
 }
 
-/// Planes of the six sides of a set, normals outward.
+/// Planes of the six sides of a set, with outward normals.
 pub(super) fn sides(set: &Set) -> [PlaneEquation; 6] {
     std::array::from_fn(|k| {
         let (normal, ends) = set.ends[k / 2];

@@ -1,21 +1,22 @@
-//! Points inside of a closed surface of triangles.
+//! Test for points inside a closed surface of triangles.
 //!
-//! An upright line through a point meets the surface; the point is inside where the surface above it is
-//! not crossed as often one way as the other. Which triangles the line meets is decided edge by edge, and
-//! two triangles that share an edge decide alike: a line through an edge or a corner is counted once.
+//! The test counts the crossings of the surface above a point along a vertical line. The point is
+//! inside if the line crosses the surface more often in one direction than in the other. The
+//! decision whether the line meets a triangle is made edge by edge. Two triangles with a common
+//! edge make the same decision, so a line through an edge or a corner is counted once.
 
 use crate::schema::SurfaceMesh;
 use ddem_core::problem::{Vec3, bounds_of};
 
-/// A closed surface, with its triangles sorted into columns of a grid over x and y.
+/// Closed surface, with its triangles sorted into columns of a grid over x and y.
 #[derive(Clone, Debug)]
 pub(super) struct Solid {
     points: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-    /// All triangles are turned to the same side.
+    /// True if all triangles are oriented to the same side.
     one_way: bool,
     bounds: [Vec3; 2],
-    /// Distance within which a point is on the surface, which belongs to it `[m]`.
+    /// Distance within which a point counts as on the surface and so as inside `[m]`.
     clear: f64,
     columns: [usize; 2],
     /// Triangles over each column, x fastest.
@@ -50,17 +51,17 @@ impl Solid {
         self.triangles[triangle].map(|corner| self.points[corner as usize])
     }
 
-    /// The column over which a point lies, or that is nearest.
+    /// Column in which a point lies, or the nearest column.
     fn column(&self, x: &Vec3) -> [usize; 2] {
         let [low, high] = &self.bounds;
         [0, 1].map(|k| {
             let part = (x[k] - low[k]) / (high[k] - low[k]);
-            // What is no number, in a flat surface, is column 0.
+            // A flat surface gives NaN, which becomes column 0.
             (part * self.columns[k] as f64).clamp(0.0, self.columns[k] as f64 - 1.0) as usize
         })
     }
 
-    /// Distance of a point outside of the box around the surface `[m]`.
+    /// Distance of a point from the box around the surface `[m]`, 0 inside.
     pub(super) fn outside_box(&self, x: &Vec3) -> f64 {
         let [low, high] = &self.bounds;
         (low - x).sup(&(x - high)).sup(&Vec3::zeros()).norm()
@@ -71,7 +72,7 @@ impl Solid {
         self.bounds
     }
 
-    /// True where a point is inside of the surface or on it.
+    /// True if a point is inside the surface or on it.
     pub(super) fn contains(&self, x: &Vec3) -> bool {
         if self.outside_box(x) > self.clear {
             return false;
@@ -83,7 +84,7 @@ impl Solid {
             return true;
         }
         let above: i64 = near.iter().map(|&index| self.crossed_above(index as usize, x)).sum();
-        // Where triangles are turned to both sides, only odd and even can be told.
+        // If triangles are oriented to both sides, only odd and even counts differ reliably.
         if self.one_way { above != 0 } else { above % 2 != 0 }
     }
 
@@ -94,8 +95,8 @@ impl Solid {
             && (nearest(&corners, x) - x).norm() <= self.clear
     }
 
-    /// 1 or −1, by the side to which it is turned, where the upright line from a point upward meets a
-    /// triangle, else 0.
+    /// 1 or −1, by the orientation of a triangle, if the vertical line upwards from a point meets
+    /// it; otherwise 0.
     fn crossed_above(&self, triangle: usize, x: &Vec3) -> i64 {
         let numbers = self.triangles[triangle];
         let turns: i64 = (0..3).map(|k| self.passes(numbers[k], numbers[(k + 1) % 3], x)).sum();
@@ -106,13 +107,13 @@ impl Solid {
         let normal = (b - a).cross(&(c - a));
         let height = a.z - (normal.x * (x.x - a.x) + normal.y * (x.y - a.y)) / normal.z;
         let (least, most) = (a.z.min(b.z).min(c.z), a.z.max(b.z).max(c.z));
-        // Of a triangle seen from its edge the quotient is no height.
+        // For a triangle seen edge-on from above the quotient is not a height.
         let height = if height.is_nan() { least } else { height.clamp(least, most) };
         if height > x.z { turns } else { 0 }
     }
 
-    /// 1 or −1, by its direction along y, where an edge passes a point on the side of larger x. The
-    /// arithmetic is the same whichever way the edge goes.
+    /// 1 or −1, by the edge's direction along y, if an edge passes a point on the side of larger x;
+    /// otherwise 0. The arithmetic is the same for both directions of the edge.
     fn passes(&self, from: u32, to: u32, x: &Vec3) -> i64 {
         let (a, b) = (&self.points[from.min(to) as usize], &self.points[from.max(to) as usize]);
         let (low, high) = (a.y > x.y, b.y > x.y);
@@ -122,7 +123,7 @@ impl Solid {
         if (from < to) == high { 1 } else { -1 }
     }
 
-    /// Volume inside `[m³]`; none where triangles are turned to both sides.
+    /// Enclosed volume `[m³]`; `None` if triangles are oriented to both sides.
     pub(super) fn volume(&self) -> Option<f64> {
         let origin = self.bounds[0];
         let part = |index: usize| {
@@ -133,7 +134,7 @@ impl Solid {
     }
 }
 
-/// The point of a triangle that is nearest to a point (Ericson, Real-Time Collision Detection, 5.1.5).
+/// Point of a triangle that is nearest to `x` (Ericson, Real-Time Collision Detection, 5.1.5).
 fn nearest([a, b, c]: &[Vec3; 3], x: &Vec3) -> Vec3 {
     let (ab, ac) = (b - a, c - a);
     let along = |corner: &Vec3| [ab.dot(&(x - corner)), ac.dot(&(x - corner))];
@@ -166,7 +167,7 @@ mod tests {
     use super::*;
     use crate::schema::Triangles;
 
-    /// A box of twelve triangles, seen from outside counter-clockwise.
+    /// Box of twelve triangles, counter-clockwise as seen from outside.
     fn cuboid(low: [f64; 3], high: [f64; 3]) -> Vec<[[f64; 3]; 3]> {
         let corner = |k: usize| [0, 1, 2].map(|d| if k >> d & 1 == 1 { high[d] } else { low[d] });
         let quads =
@@ -181,7 +182,7 @@ mod tests {
 
     #[test]
     fn lines_through_edges_and_corners_are_counted_once() {
-        // Points right above and below corners, edges and diagonals of the faces.
+        // Points directly above and below corners, edges and diagonals of the faces.
         let solid = solid(cuboid([0.0; 3], [2.0; 3]));
         for i in -1..=5 {
             for j in -1..=5 {
@@ -210,7 +211,7 @@ mod tests {
         assert!(!two.contains(&Vec3::new(0.5, 2.5, 1.5)));
     }
 
-    /// Triangles that a program has turned at random still part inside from outside.
+    /// Triangles with random orientations still separate inside from outside.
     #[test]
     fn triangles_may_be_turned_to_both_sides() {
         let mut turned = cuboid([0.0; 3], [2.0; 3]);
@@ -220,7 +221,7 @@ mod tests {
         assert_eq!(turned.volume(), None);
     }
 
-    /// A ball with many triangles against its equation, away from its facets.
+    /// Compares a ball of many triangles with the equation of a sphere, except near its facets.
     #[test]
     fn a_ball_is_a_ball() {
         let (n, mut triangles) = (40, Vec::new());

@@ -1,4 +1,4 @@
-//! Blocks that are taken out, and joints and materials that are assigned, at the start of a stage.
+//! Removal of blocks, and assignment of joints and materials, at the start of stages.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use crate::schema::{Deck, Where};
 use ddem_core::problem::{Geometry, Sets, Stages};
 use ddem_core::{ErrorCode, Fault};
 
-/// Geometries of the stages, and the blocks that curved and slanted shapes remove.
+/// Geometries of the stages, and the blocks that curved and slanted regions remove.
 pub(in crate::build) fn stages(
     (deck, all): (&Deck, &Names),
     start: Arc<Geometry>,
@@ -54,7 +54,8 @@ pub(in crate::build) fn stages(
             let lattices = refined(deck, all)?.lattices;
             let wrong =
                 assign::assign_anew(&mut after, lattices, (deck, all, sets), stage).into_iter();
-            // What is wrong from a stage on is so up to another.
+            // A fault that appears at one stage may appear again at a later one; it is reported
+            // once.
             let known = |fault: &Fault| faults.iter().any(|other| other.place == fault.place);
             let wrong: Vec<Fault> = wrong.filter(|fault| !known(fault)).collect();
             faults.extend(wrong);

@@ -1,4 +1,5 @@
-//! Numbers of blocks that curved and slanted shapes have taken, beside the volume of the shapes.
+//! Numbers and volumes of blocks that curved and slanted regions select, beside the volumes of the
+//! shapes.
 
 use std::fmt;
 use std::sync::Arc;
@@ -8,7 +9,7 @@ use super::region::{PlaneEquation, Region};
 use super::sets::{bounds_of_sets, sides};
 use ddem_core::problem::{Lattice, Set, Sets, Vec3};
 
-/// Blocks, each as a whole, that a curved or slanted `where` has selected.
+/// Whole blocks that a curved or slanted `where` has selected.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Selection {
     /// Place of the entry in the deck, as in `remove[0]`.
@@ -17,15 +18,15 @@ pub struct Selection {
     pub what: String,
     /// Number of blocks.
     pub blocks: usize,
-    /// Volume of their cells, half of the joints around included `[m³]`.
+    /// Volume of their cells, including half of the surrounding joints `[m³]`.
     pub volume: f64,
     /// Name of the shape: sphere, cylinder, surface, half-space, topography, box, or region for several
     /// of them.
     pub shape: &'static str,
-    /// Volume of the shape; of cylinders and half-spaces as far as the sets of blocks reach. None where
-    /// it is not known `[m³]`.
+    /// Volume of the shape `[m³]`, of cylinders and half-spaces only within the sets of blocks;
+    /// `None` if unknown.
     pub holds: Option<f64>,
-    /// The volume of the shape has parts outside of the sets of blocks.
+    /// True if parts of the shape lie outside of the sets of blocks.
     pub sticks_out: bool,
 }
 
@@ -40,7 +41,7 @@ impl fmt::Display for Selection {
     }
 }
 
-/// Four digits.
+/// Volume as text with four digits.
 fn shown(volume: f64) -> String {
     if !(1e-3..1e7).contains(&volume) && volume != 0.0 {
         return format!("{volume:.3e}");
@@ -54,7 +55,8 @@ fn shown(volume: f64) -> String {
 }
 
 impl Selection {
-    /// Of the blocks in a region; none where it is made of planes and ranges along the edges of the blocks.
+    /// Selection of the blocks in a region; `None` if the region consists of planes and ranges
+    /// along the edges of the blocks.
     pub(crate) fn new(
         (entry, what): (String, String),
         region: &Region,
@@ -78,14 +80,14 @@ impl Selection {
     }
 }
 
-/// Volume of a cell, half of the gaps around included `[m³]`.
+/// Volume of a cell, including half of the surrounding gaps `[m³]`.
 fn cell_volume(lattice: &Lattice, cell: [usize; 3]) -> f64 {
     let [a, b, c] = &lattice.axes;
     a.dot(&b.cross(c)) * (0..3).map(|d| lattice.lengths[d][cell[d]]).product::<f64>()
 }
 
 impl Region {
-    /// Name of the shape, where it is curved or slanted.
+    /// Name of the shape, if it is curved or slanted.
     fn shape(&self, turned: bool) -> Option<&'static str> {
         let ranges = self.ranges.iter().any(Option::is_some);
         let shapes = [
@@ -103,7 +105,7 @@ impl Region {
         }
     }
 
-    /// Volume of the shape, and whether parts of that are outside of the sets of blocks `[m³]`.
+    /// Volume of the shape `[m³]`, and true if parts of it lie outside of the sets of blocks.
     fn holds(&self, sets: &Sets) -> Option<(f64, bool)> {
         if !self.planes.is_empty() || !self.terrains.is_empty() {
             return None;
@@ -123,7 +125,7 @@ impl Region {
         }
     }
 
-    /// True where a box goes beyond the one around the sets.
+    /// True if a box extends beyond the box around the sets.
     fn sticks_out(&self, [low, high]: [Vec3; 2], sets: &Sets) -> bool {
         let bounds = bounds_of_sets(sets, |set| self.has_set(set));
         (0..3).any(|k| {
@@ -131,7 +133,7 @@ impl Region {
         })
     }
 
-    /// Volume of the sets, or of a cylinder in them, that ranges and half-spaces leave `[m³]`.
+    /// Volume of the sets, or of a cylinder in them, within the ranges and half-spaces `[m³]`.
     fn flat_parts(&self, cylinder: Option<([Vec3; 2], f64)>, sets: &Sets) -> f64 {
         let ends = (0..3).filter_map(|k| self.ranges[k].map(|ends| (k, ends)));
         let ends = ends.flat_map(|(k, [from, to])| {

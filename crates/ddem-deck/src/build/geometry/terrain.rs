@@ -7,7 +7,7 @@ use crate::schema::{Heights, Where};
 use ddem_core::problem::{Lattice, Sets, Vec3};
 use ddem_core::{ErrorCode, Fault};
 
-/// Part of a cell of the grid within which a point is on a line of it.
+/// Distance within which a point counts as on a grid line, as a fraction of the grid cell.
 const ON_LINE: f64 = 1e-9;
 
 /// Heights, bilinear between the points of a grid.
@@ -19,8 +19,8 @@ impl Terrain {
         Self(heights)
     }
 
-    /// Height at a point `[m]`. None outside of the grid by more than `clear`, and where a height that it
-    /// hangs on is missing.
+    /// Height at a point `[m]`. `None` beyond the rim of the grid by more than `clear`, and where a
+    /// height that has weight is missing.
     pub(super) fn height(&self, x: &Vec3, clear: f64) -> Option<f64> {
         let Heights { x: columns, y: rows, z, rim } = &*self.0;
         let (i, s) = between(columns, x.x, rim + clear)?;
@@ -28,13 +28,13 @@ impl Terrain {
         let corners = [(i, j, (1.0 - s) * (1.0 - t)), (i + 1, j, s * (1.0 - t))];
         let upper = [(i, j + 1, (1.0 - s) * t), (i + 1, j + 1, s * t)];
         let held = corners.into_iter().chain(upper).filter(|(.., weight)| *weight > 0.0);
-        // Heights that a program has made may be too few.
+        // A program may give fewer heights than the grid has points.
         let at = |i: usize, j: usize| z.get(i + columns.len() * j).copied().unwrap_or(f64::NAN);
         let height: f64 = held.map(|(i, j, weight)| weight * at(i, j)).sum();
         (!height.is_nan()).then_some(height)
     }
 
-    /// Message for a place without a height.
+    /// Message for a point without a height.
     fn missing(&self, x: &Vec3, clear: f64) -> String {
         let Heights { x: columns, y: rows, rim, .. } = &*self.0;
         let out = [(columns, x.x), (rows, x.y)];
@@ -49,8 +49,8 @@ impl Terrain {
     }
 }
 
-/// The interval of an axis in which a point lies, and which part of it is below the point. A point
-/// beyond the ends, by no more than `rim`, is at the end.
+/// Interval of an axis in which a point lies, and the fraction of it below the point. A point that
+/// is at most `rim` beyond the ends counts as at the end.
 fn between(axis: &[f64], at: f64, rim: f64) -> Option<(usize, f64)> {
     let [first, .., last] = axis else { return None };
     if !(at >= first - rim && at <= last + rim) {
@@ -68,7 +68,7 @@ fn between(axis: &[f64], at: f64, rim: f64) -> Option<(usize, f64)> {
     Some((i, snapped))
 }
 
-/// Topographies of the `where` at a place that do not say a height where one is asked for.
+/// Faults of the topographies of a `where` that lack a height at a point where it is needed.
 pub(crate) fn uncovered(
     (at, where_): (&str, &Where),
     sets: &Sets,
@@ -100,16 +100,16 @@ pub(crate) fn uncovered(
     faults
 }
 
-/// Points whose heights an entry of the deck may ask for: centroids of blocks where blocks are selected,
-/// the middles of their faces where joints may be, else where nodes are. The rim of a set that is alone has
-/// no joints.
+/// Points whose heights an entry of the deck may need: centroids of blocks if it selects blocks,
+/// centres of their faces if it selects joints, otherwise nodes. The outer faces of a single set
+/// have no joints.
 fn asked<'a>(lattice: &'a Lattice, entry: &str, alone: bool) -> impl Iterator<Item = Vec3> + 'a {
     let blocks = ["remove", "refine"].iter().any(|section| entry.starts_with(section));
     let joints = entry.starts_with("assign") || entry.starts_with("charge");
-    // In halves of a block's edges, or parts of an element.
+    // Steps along a block's edge: halves of it, or parts of its elements.
     let parts = match (blocks || joints, lattice.divisions) {
         (true, _) => 2,
-        // The middle of a face is one of them.
+        // An odd number of divisions is doubled, so that the centre of a face is one of the points.
         (false, divisions) => divisions * (1 + divisions % 2),
     };
     (0..lattice.block.len()).flat_map(move |index| {
@@ -170,7 +170,7 @@ mod tests {
         }
     }
 
-    /// A missing height does not matter where it has no weight, and the rim has that of the end.
+    /// A missing height without weight does not matter, and the rim has the height of the end.
     #[test]
     fn missing_heights_and_the_rim() {
         let terrain =

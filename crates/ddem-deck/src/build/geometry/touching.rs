@@ -1,8 +1,9 @@
-//! Faces of blocks of two lattices that lie on each other, and the joint that is between them.
+//! Touching faces of blocks of two lattices, and the joints between them.
 //!
-//! Where blocks are refined the joint is that of the finer side. Two block sets are joined where both have
-//! a joint across the face: by that of the later one, or the one that is assigned there. Joints join faces
-//! that lie on each other, or whose gap is as wide as the joint is thick. Other faces are apart.
+//! At refined blocks the joint of the finer side applies. Two sets of blocks are joined if both
+//! have a joint across the face. Their joint is that of the later set, or the one that is assigned
+//! there. Joints join faces that touch, or whose gap is as wide as the joint is thick. Other faces
+//! are apart.
 
 use std::collections::{BTreeSet, HashMap};
 
@@ -14,8 +15,8 @@ use ddem_core::problem::{
     bounds_of, meeting,
 };
 
-/// All faces of bodies of different lattices that lie on each other, sorted, with the joints of a stage; and
-/// those of different sets that are nearer than their joint is thick, but that it does not join.
+/// Two sorted lists for a stage: the joined faces of blocks of different lattices, and the faces of
+/// different sets that are closer than the thickness of their joint but are not joined by it.
 pub(super) fn nonconforming_joints(
     geometry: &Geometry,
     (deck, names, stage): (&Deck, &Names, usize),
@@ -25,7 +26,7 @@ pub(super) fn nonconforming_joints(
     if geometry.lattices.len() < 2 {
         return [Vec::new(), Vec::new()];
     }
-    // Thickness and normal stiffness.
+    // Thickness `[m]` and normal stiffness `[Pa/m]`.
     let of = |joint: &Joint| {
         [joint.thickness, joint.stiffness(&deck.materials).map_or(0.0, |[normal, _]| normal)]
     };
@@ -49,17 +50,17 @@ pub(super) fn nonconforming_joints(
     [joined, apart].map(|all| all.into_iter().map(|(joint_pair, _)| joint_pair).collect())
 }
 
-/// Joints that faces of two lattices get.
+/// Rules that give faces of two lattices their joints.
 struct JointRules<'a> {
     /// Thickness `[m]` and normal stiffness `[Pa/m]` of each joint.
     joints: Vec<[f64; 2]>,
-    /// Joints that are assigned to parts of the model; later ones win.
+    /// Joints that are assigned to parts of the model; later ones take precedence.
     assigned: Vec<(Region, u16)>,
-    /// Joints that are given to two blocks.
+    /// Joints given for pairs of blocks.
     pairs: &'a HashMap<[u32; 2], u16>,
 }
 
-/// Faces of the blocks of a geometry, as they lie on each other.
+/// Faces of the blocks of a geometry, for tests which of them touch.
 pub(in crate::build) struct TouchingFaces<'a>(pub(in crate::build) &'a Geometry);
 
 impl TouchingFaces<'_> {
@@ -84,7 +85,7 @@ impl TouchingFaces<'_> {
         covered
     }
 
-    /// True if other blocks cover a face in part.
+    /// True if other blocks cover only a part of a face.
     pub(super) fn is_covered_in_part(
         &self,
         surface: &BlockFace,
@@ -96,7 +97,7 @@ impl TouchingFaces<'_> {
         covered < (1.0 - SLIVER) * (b - a).cross(&(d - a)).norm()
     }
 
-    /// Two faces that lie on each other, or nearly, and whether they are joined.
+    /// Joint between two faces that touch or nearly touch, and true if it joins them.
     fn abut(
         &self,
         faces: [BlockFace; 2],
@@ -117,7 +118,7 @@ impl TouchingFaces<'_> {
         Some((NonconformingJoint { blocks, faces, joint, area, gap, stiffness }, joined))
     }
 
-    /// Blocks whose boxes are no farther apart than this, with what they miss by rounding.
+    /// Pairs of blocks whose boxes are at most `reach` apart, with a tolerance for rounding.
     fn near(&self, reach: f64) -> Vec<[u32; 2]> {
         let boxes: Vec<_> = (0..self.0.blocks.len())
             .map(|block| {
@@ -129,7 +130,7 @@ impl TouchingFaces<'_> {
         meeting(&boxes)
     }
 
-    /// Blocks of two sets whose faces touch without a joint between them.
+    /// Pairs of blocks of two sets whose faces touch without a joint between them.
     pub(in crate::build) fn unjoined(&self) -> Vec<[u32; 2]> {
         let joined: BTreeSet<[u32; 2]> =
             self.0.joined().map(|joint_pair| joint_pair.blocks).collect();
@@ -146,8 +147,8 @@ impl TouchingFaces<'_> {
         self.near(0.0).into_iter().filter(alone).collect()
     }
 
-    /// Pairs of blocks of two sets whose faces look at each other across a gap of up to a part of their shortest
-    /// edges, and the gap `[m]`.
+    /// Pairs of blocks of two sets whose faces are opposite each other across a gap, and the gap
+    /// `[m]`. The gap is at most a fraction of their shortest edges.
     pub(in crate::build) fn across_gaps(&self, part: f64) -> Vec<([u32; 2], f64)> {
         let edges = (0..self.0.blocks.len()).map(|block| self.0.shortest_edge(block));
         let reach = part * edges.fold(0.0, f64::max);
@@ -165,8 +166,9 @@ impl TouchingFaces<'_> {
         self.near(reach).into_iter().filter(other).filter_map(across).collect()
     }
 
-    /// True where a joint is between two faces with a gap: in one set it always is. The faces of cells that
-    /// blocks were taken out of lie on those of the blocks in their place, across half of a joint.
+    /// True if a joint joins two faces with this gap; within one set it always does. The cell faces
+    /// of two sets also coincide where one set replaces removed blocks of the other, across half of
+    /// a joint.
     fn joins(
         &self,
         blocks: [usize; 2],

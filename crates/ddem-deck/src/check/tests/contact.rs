@@ -1,4 +1,4 @@
-//! Contacts and rigid blocks.
+//! Tests of contacts and rigid blocks.
 
 use super::{check, good, places};
 use crate::schema::*;
@@ -22,8 +22,8 @@ fn contacts_have_rules() {
     assert_eq!(contact(both), ["contact.restitution"]);
 }
 
-/// Speed with which a unit mass comes back from a unit spring and a dashpot that never pull, in very
-/// short steps.
+/// Rebound speed of a unit mass from a unit spring and a dashpot that never pull, in very short
+/// steps.
 fn rebound(ratio: f64) -> f64 {
     let (mut x, mut v, step) = (0.0, 1.0, 1e-5);
     loop {
@@ -62,7 +62,7 @@ fn contacts_are_found_where_something_can_come_apart() {
         change(&mut deck);
         deck.finds_contacts()
     };
-    // The weak joint is there, but no block has it.
+    // The weak joint exists, but no block has it.
     assert!(!finds(|_| {}));
     assert!(finds(|deck| deck.blocks[0].joint = Some(JointChoice::All("weak".into()))));
     let by_normal = |deck: &mut Deck| {
@@ -103,7 +103,7 @@ fn rigid_blocks_have_joints_but_no_stress() {
         deck.probe[0].at = None;
         deck.probe[0].region = Some(Where { set: Some(set.into()), ..Where::default() });
     };
-    // Whose block the point is in is seen when the blocks are there.
+    // The block at a point is known only once the blocks exist.
     assert_eq!(rigid(|_| {}), [""; 0]);
     assert_eq!(places(|deck| deck.probe[0].quantity = Quantity::Stress), [""; 0]);
     let mut deck = good();
@@ -115,7 +115,7 @@ fn rigid_blocks_have_joints_but_no_stress() {
     assert_eq!(faults[0].place, "probe[0].quantity");
     assert_eq!(faults[0].message, "there is no stress to record: the blocks of `beam` are rigid");
     assert_eq!(rigid(|deck| deck.blocks[1].body = Body::Rigid), ["probe[0].quantity"]);
-    // A layer without thickness has no stiffness, whatever it lies between.
+    // A layer without thickness has no stiffness between blocks of any kind.
     let flat = |deck: &mut Deck| {
         deck.probe[0].quantity = Quantity::Velocity;
         deck.joints.values_mut().for_each(|joint| joint.thickness = 0.0);

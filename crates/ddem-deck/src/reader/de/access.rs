@@ -1,4 +1,4 @@
-//! The keys of a table, the entries of an array, the words that stand for a choice.
+//! Access to the keys of a table, the entries of an array and the words of a choice.
 
 use serde::de::value::{StrDeserializer, UnitDeserializer};
 use serde::de::{DeserializeSeed, EnumAccess, Error, IntoDeserializer, MapAccess, SeqAccess};
@@ -20,7 +20,7 @@ pub(super) struct Keys<'a, 'r> {
 }
 
 impl<'a, 'r> Keys<'a, 'r> {
-    /// With a list of the known keys, the others are noted as mistakes and left out.
+    /// Keys of a table. With a list of known keys the others are recorded as mistakes and left out.
     pub(super) fn new(
         table: &'r Reader<'a>,
         keys: &'a DeTable<'a>,
@@ -118,7 +118,7 @@ impl<'de> EnumAccess<'de> for Variant<'_> {
     }
 }
 
-/// Choices with values are read by hand in the core crate, so that here a word is all there is.
+/// Choices with values have readers of their own in `schema`, so here a choice is only a word.
 impl<'de> VariantAccess<'de> for Variant<'_> {
     type Error = Mistake;
 

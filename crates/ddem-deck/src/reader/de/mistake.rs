@@ -1,4 +1,4 @@
-//! Mistakes in a value as it is read, in the words of a deck.
+//! Mistakes that are found while reading a value, in the words of a deck.
 
 use std::fmt;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use super::{Reader, ValueForm};
 /// Largest number of words that a message lists.
 const MOST_WORDS: usize = 12;
 
-/// One mistake, placed by the innermost value that it concerns.
+/// One mistake, located at the innermost value that it concerns.
 #[derive(Clone, Debug)]
 pub(in crate::reader) struct Mistake {
     message: String,
@@ -48,12 +48,12 @@ impl Mistake {
         self
     }
 
-    /// A value in a form that no reader takes.
+    /// Mistake about a value in a form that no reader accepts.
     pub(super) fn unexpected(found: ValueForm<'_>, expected: &dyn Expected) -> Self {
         Self::new(format!("expected {expected}, found {}", describe(found)))
     }
 
-    /// Places the mistake, unless something inside `value` did.
+    /// Sets the place of the mistake, unless something inside `value` has set it.
     pub(super) fn at(mut self, value: &Reader<'_>) -> Self {
         if self.at.is_none() {
             let place = match &self.kind {
@@ -71,7 +71,7 @@ impl Mistake {
         self
     }
 
-    /// True if this missing key stands mistyped among the unknown ones.
+    /// True if an unknown key of the same table is probably this missing key, mistyped.
     pub(super) fn follows_from(&self, unknown: &[Mistake]) -> bool {
         let (MistakeKind::MissingKey(key), Some((place, _))) = (&self.kind, &self.at) else {
             return false;
@@ -120,7 +120,7 @@ impl Error for Mistake {
     }
 
     fn unknown_variant(found: &str, known: &'static [&'static str]) -> Self {
-        // Long lists are no help: the nearest word is, or the page that lists them.
+        // A long list does not help; the nearest word, or the page with the list, does.
         let expected = if known.len() > MOST_WORDS {
             format!("one of {} words", known.len())
         } else {
@@ -181,7 +181,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", shortened(text))
 }
 
-/// At most the first 40 letters, on one line.
+/// At most the first 40 characters of the first line.
 fn shortened(text: &str) -> String {
     let line = text.lines().next().unwrap_or_default();
     let short: String = line.chars().take(40).collect();
