@@ -1,4 +1,4 @@
-//! Elastic forces of the bodies, eq. (8), one pack at a time.
+//! Elastic forces of the blocks, eq. (8), one pack at a time.
 
 use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
@@ -13,7 +13,7 @@ use ddem_mechanics::math::lanes::{
 use ddem_mesh::in_situ::InSituLattice;
 use ddem_mesh::pack::JointLattice;
 
-/// Forces of the bodies of one pack.
+/// Computes the elastic and viscous forces of the blocks of one pack, and their residual torque.
 #[simd]
 pub(crate) fn block<S: Simd>(
     simd: S,
@@ -70,8 +70,9 @@ pub(crate) fn block<S: Simd>(
     resist(simd, input, index, out, work);
 }
 
-/// §6: `f −= R β K w` with `w = Rᵀ v`, where the bodies are viscous. Whole motions of a block have no part in it, up
-/// to the turning of its strain. `work` holds the local displacements, whose arms the torque has.
+/// Subtracts the stiffness damping `R β K w` with `w = Rᵀ v` from the forces (§6), if it is in use.
+/// It does not resist a rigid motion, except by rotating the strain of a block. `work` holds the
+/// local displacements, which are the arms of the torque.
 #[simd]
 fn resist<S: Simd>(
     simd: S,
@@ -91,7 +92,7 @@ fn resist<S: Simd>(
     }
 }
 
-/// `R β K w` of four bodies, and its torque.
+/// Computes the damping forces `R β K w` of four blocks `[N]`; returns their torque `[N m]`.
 #[inline(always)]
 fn stiffness_damping<S: Simd>(
     simd: S,
@@ -126,7 +127,7 @@ fn stiffness_damping<S: Simd>(
     rotation.map_or(torque, |r| times(&r, torque))
 }
 
-/// Energy of the elements of a lattice `[J]`.
+/// Strain energy of the elements of a lattice, initial stress included `[J]`.
 #[inline(always)]
 fn energy<S: Simd>(
     simd: S,

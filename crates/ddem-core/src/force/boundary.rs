@@ -1,4 +1,4 @@
-//! §10: what is outside of the model does to one pack: dashpots, and forces that come in.
+//! Forces from outside the model on one pack: dashpots and boundary forces (§10).
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -7,19 +7,19 @@ use crate::state::motion::{Coefficients, Motion};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::leapfrog::local_damping;
 
-/// Dashpots of one pack, and the forces that come in at them.
+/// Dashpots of one pack, and the boundary forces at their nodes.
 #[derive(Clone, Copy)]
 pub(crate) struct Dashpots<'a> {
     pub(crate) list: &'a [Dashpot],
     pub(crate) boundary_forces: &'a [BoundaryForce],
-    /// Velocity of each fix `[m/s]`.
+    /// Velocity of each support (`fix`) `[m/s]`.
     pub(crate) velocities: &'a [[f64; 3]],
-    /// First place of the pack in a nodal field.
+    /// Index of the pack's first value in a nodal field.
     pub(crate) first: usize,
 }
 
 impl Dashpots<'_> {
-    /// `q += boundary_forces`.
+    /// Adds the boundary forces to the loads `q`.
     pub(crate) fn push(&self, q: &mut [Lanes]) {
         for (dashpot, push) in self.list.iter().zip(self.boundary_forces) {
             let at = dashpot.at as usize - self.first;
@@ -29,8 +29,8 @@ impl Dashpots<'_> {
         }
     }
 
-    /// `f += D`, the force `D = −C v̄` at the present time, with the `v⁺` that (M2) gives under all forces, `D`
-    /// among them: kept in `drags`.
+    /// Adds the dashpot forces `D = −C v̄` at the present time to `f` and stores them in `drags`.
+    /// `v̄` uses the `v⁺` that (M2) gives under all forces, `D` included.
     pub(crate) fn resist(
         &self,
         motion: &Motion,
@@ -55,7 +55,7 @@ impl Dashpots<'_> {
         }
     }
 
-    /// Power that they take with the velocities `v` `[W]`.
+    /// Power that the dashpots dissipate at the velocities `v` `[W]`.
     pub(crate) fn power(&self, v: &[Lanes], drags: &[[f64; 3]]) -> f64 {
         let each = self.list.iter().zip(drags).map(|(dashpot, drag)| {
             let at = dashpot.at as usize - self.first;
@@ -66,7 +66,7 @@ impl Dashpots<'_> {
     }
 }
 
-/// A node with dashpots: its velocity, the force on it without theirs, and its numbers of (M2).
+/// Node with dashpots: velocity, force without theirs, and coefficients of (M2).
 struct DashpotNode<'a> {
     dashpot: &'a Dashpot,
     wave: Vector3<f64>,
@@ -87,15 +87,15 @@ impl DashpotNode<'_> {
         if motion.local == 0.0 {
             return drawn;
         }
-        // Local damping takes its part of the force that is left: the velocity counts.
+        // (M2) applies local damping to the total force. Invert it, so that it gives `ahead`.
         Vector3::from_fn(|k, _| match dashpot.held(k) {
             None => motion.force_for(now[k], ahead[k], numbers[k]) - force[k],
             Some(_) => drawn[k],
         })
     }
 
-    /// `v⁺ = a v⁻ + b (F − C v̄)`, `v̄ = (1 − θ) v⁻ + θ v⁺`, θ the `part`; where a support holds the node, its
-    /// velocity.
+    /// Velocity `v⁺ = a v⁻ + b (F − C v̄)` with `v̄ = (1 − θ) v⁻ + θ v⁺`, θ the `part` `[m/s]`.
+    /// Supported axes have the velocity of their support.
     fn ahead(&self, local: f64, part: f64, velocities: &[[f64; 3]]) -> Vector3<f64> {
         let Self { dashpot, wave, now, force, numbers } = self;
         let drawn = dashpot.resistance * now * (1.0 - part);
@@ -112,7 +112,8 @@ impl DashpotNode<'_> {
                 matrix[(k, j)] += part * b * dashpot.resistance[(k, j)];
             }
         }
-        // The matrix is the identity and a product of positive ones: it can be solved; were it not, the run would stop.
+        // The identity plus a product of positive matrices is invertible. Otherwise NaN stops the
+        // run.
         matrix.lu().solve(&right).unwrap_or_else(|| Vector3::repeat(f64::NAN))
     }
 }

@@ -1,10 +1,10 @@
-//! §9: what the contacts of a pack's bodies do to their nodes.
+//! Contact forces on the nodes of a pack (§9).
 
 use ddem_joint::contact::{ContactBlock, Contacts};
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 
-/// Adds the forces of all contacts to the forces of a pack, and their couples to its torques. Patches
-/// and points in order, so that every node has one order of summation.
+/// Adds the forces of all contacts to the forces of a pack, and their couples to its torques. The
+/// fixed order of patches and points gives every node one order of summation.
 pub(crate) fn collect(
     contacts: &Contacts,
     contact_block: &[ContactBlock],

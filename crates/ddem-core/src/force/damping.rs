@@ -1,4 +1,4 @@
-//! §5: damping of the deformation of bodies that slide, one pack at a time.
+//! Damping of the deformation of sliding blocks, one pack at a time (§5).
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -12,22 +12,22 @@ use ddem_mesh::assembly::Assembly;
 use ddem_mesh::inertia::Moments;
 use ddem_mesh::pack::Packs;
 
-/// Four bodies that slide.
+/// Pack with blocks that slide.
 #[derive(Clone, Copy)]
 pub(crate) struct SlidingPack<'a> {
     pub(crate) packs: &'a Packs,
     pub(crate) assembly: &'a Assembly,
-    /// Number of their pack.
+    /// Number of the pack.
     pub(crate) index: usize,
-    /// `None` for small displacements.
+    /// Frame of the blocks; `None` for small displacements.
     pub(crate) frame: Option<&'a Frame>,
-    /// α of each `[1/s]`.
+    /// α of each block `[1/s]`.
     pub(crate) alpha: Lanes,
 }
 
-/// Forces `α M (v − v̄)` of four bodies against the deformation in their velocities: v̄ is the translation and the spin
-/// that have their momentum and moment of momentum. Taken from `f` and left in `drag`. Returns their torque about
-/// the nodes where they are `[N m]`.
+/// Subtracts the forces `α M (v − v̄)` of four blocks from `f` and adds them to `drag`. They damp
+/// the deformation only: the rigid motion v̄ has the momentum and the angular momentum of `v`.
+/// Returns the torque of these forces with the nodes at their present positions `[N m]`.
 #[simd]
 pub(crate) fn damp<S: Simd>(
     simd: S,
@@ -59,8 +59,9 @@ pub(crate) fn damp<S: Simd>(
     (0..3).fold(torque, |torque, d| add(torque, cross(at_rest[d], first[d]))).map(Lanes::from)
 }
 
-/// Sum over the nodes of four bodies of a vector, and its first moments with the numbers of elements from the
-/// centre as coordinates, which `of` is given with the node; and the sum of another vector.
+/// Sum and first moments of one vector over the nodes of four blocks, and the sum of another one.
+/// `of` returns both vectors from the node and its coordinates, which are numbers of elements from
+/// the centre.
 #[inline(always)]
 fn lattice_moments<S: Simd>(
     simd: S,
@@ -92,8 +93,9 @@ fn lattice_moments<S: Simd>(
     ([sum, along_x, along_y, along_z], others)
 }
 
-/// Velocity at the centre of the lattices of four bodies, and its change from element to element, of the rigid
-/// motion that has a momentum and its first moments. `edges` are those of an element where it is.
+/// Rigid motion of four blocks with a given momentum and its first moments: the velocity at the
+/// centre of the lattice, and its change per element along each direction. `edges` are the present
+/// edges of an element.
 #[inline(always)]
 fn rigid_motion<S: Simd>(
     simd: S,
@@ -103,7 +105,8 @@ fn rigid_motion<S: Simd>(
     first: [Vector<S>; 3],
 ) -> (Vector<S>, [Vector<S>; 3]) {
     let centre = load(simd, &moments.centre);
-    // Σ m (x² 1 − x xᵀ) and Σ m x × v with x = Σ ι_d h_d, ι_d from the centre of mass.
+    // Inertia Σ m (x² 1 − x xᵀ) and angular momentum Σ m x × v, with x = Σ ι_d h_d and ι_d counted
+    // from the centre of mass.
     let mut spread = [splat(simd, 0.0); 6];
     (0..3).for_each(|k| spread[k] = moments.empty.load(simd));
     let mut spin = zero(simd);

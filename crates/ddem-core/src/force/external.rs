@@ -1,4 +1,4 @@
-//! Q(t): gravity and the nodal loads of one pack.
+//! Loads Q(t) of one pack: gravity and nodal loads.
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -14,8 +14,8 @@ pub(crate) struct External<'a> {
     pub(crate) factors: &'a [f64],
 }
 
-/// `q ← Q(t)` on the nodes of a pack whose first place in a nodal field is `first`.
-/// Returns false, and leaves `q` alone, when nothing acts.
+/// Sets `q` to the loads Q(t) on the nodes of a pack; `first` is the index of the pack's first
+/// value in a nodal field. Returns false and leaves `q` unchanged if no load acts.
 #[simd]
 pub(crate) fn apply<S: Simd>(
     simd: S,
@@ -46,7 +46,7 @@ pub(crate) fn apply<S: Simd>(
     true
 }
 
-/// `f += q`.
+/// Adds the loads `q` to `f`.
 #[inline(always)]
 pub(crate) fn add_to<S: Simd>(simd: S, f: &mut [Lanes], q: &[Lanes]) {
     for node in 0..f.len() / 3 {

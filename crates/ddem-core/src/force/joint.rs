@@ -1,12 +1,13 @@
-//! Forces of the joints: bonded cells, eq. (11), and the springs of broken ones, one joint lattice
-//! of a pack at a time.
+//! Joint forces, one joint lattice of a pack at a time: bonded elements, eq. (11), and the springs
+//! of broken joints.
 //!
-//! A joint moves with the mean rotation of the bodies that it joins. Its residual torque
-//! `τ = Σ x_i × g_i` (second order in strain for cells; for springs the couple of two forces across
-//! the thickness) is given to these bodies in equal parts, who balance it with the same nodal
-//! forces as their own: so the moments of all internal forces add up to zero, joints included.
-//! The part that comes of slip goes to the body that is held, if one is: the ground on which the
-//! other slides. Once all pairs of such a joint have failed its springs turn with the ground alone.
+//! A joint rotates with the mean rotation of its blocks. Its residual torque is `τ = Σ x_i × g_i`.
+//! For elements it is of second order in strain; for springs it is the couple of two forces across
+//! the thickness. The blocks take it in equal parts, and for springs in the parts of
+//! [`split_torque`]. They balance it with the same nodal forces as their own torque. The moments of
+//! all internal forces, joints included, therefore add up to zero. If supports hold only one of two
+//! blocks, that block takes the part due to slip: it is the ground on which the other slides. Once
+//! all pairs of such a joint have failed, its springs rotate with the ground alone.
 
 use fearless_simd::{Select, Simd, SimdBase, f64x4};
 use fearless_simd_macros::simd;
@@ -27,7 +28,8 @@ use ddem_mesh::NO_JOINT;
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
 use ddem_mesh::pack::JointLattice;
 
-/// Forces of one joint lattice of a pack: of its elements, and of the springs where it is broken.
+/// Checks the pairs of one joint lattice of a pack for failure and adds its forces: those of its
+/// elements, and of its springs if it is broken.
 #[simd]
 pub(crate) fn joint<S: Simd>(
     simd: S,
@@ -65,7 +67,7 @@ pub(crate) fn joint<S: Simd>(
     give(simd, input, at, rotation, pull, out, work);
 }
 
-/// Forces `K u` of the elements of a joint lattice that are left.
+/// Computes the forces `K u` of the remaining elements of a joint lattice, initial stress included.
 #[simd]
 fn elements<S: Simd>(
     simd: S,
@@ -94,8 +96,8 @@ fn elements<S: Simd>(
     }
 }
 
-/// Energy of the elements that are left, beyond half the work of their forces, that is there
-/// because of the stress at the start.
+/// Energy of the remaining elements due to the initial stress, in excess of half the work of their
+/// forces `[J]`.
 #[inline(always)]
 fn in_place<S: Simd>(
     simd: S,
@@ -110,8 +112,8 @@ fn in_place<S: Simd>(
         .map_or(splat(simd, 0.0), |initial_stress| initial_stress.energy(simd, alive, local))
 }
 
-/// Lets pairs of a face joint fail, and hands the forces of elements that go over to springs.
-/// Returns whether any pair failed.
+/// Fails the overloaded pairs of a face joint and transfers the forces of removed elements to
+/// springs. Returns true if any pair failed.
 #[simd]
 fn fail<S: Simd>(
     simd: S,
@@ -149,7 +151,8 @@ fn fail<S: Simd>(
     fails
 }
 
-/// The way that the nodes of a joint lattice went in the last step, in the joint's frame.
+/// Computes the displacement increments of the nodes of a joint lattice in the last step, in the
+/// joint's frame `[m]`.
 #[simd]
 fn last_du<S: Simd>(
     simd: S,
@@ -201,7 +204,7 @@ fn any_fails<S: Simd>(
         *shear = Lanes::from(dot(across, across)).0;
     }
     let (normals, shears) = (&normals[..n], &shears[..n]);
-    // Lanes mostly have one joint: then one law looks at all of them.
+    // Most packs have one joint in all lanes. Then one law checks all pairs at once.
     let first = section.laws.iter().position(|&law| law != NO_JOINT).unwrap_or(0);
     if section.laws.iter().all(|law| [section.laws[first], NO_JOINT].contains(law)) {
         return law(first).is_some_and(|law| law.any_failure(normals, shears));
@@ -212,8 +215,9 @@ fn any_fails<S: Simd>(
     (0..LANES).any(|lane| law(lane).is_some_and(|law| points(lane).any(|at| fails(law, at))))
 }
 
-/// The ground that the springs of each lane turn with: the body that alone is held, once all pairs have
-/// failed, until a contact takes over. `mean` is the rotation of the joint's frame.
+/// Frames of the ground blocks with which the springs of each lane rotate. The ground is the only
+/// held block of a joint once all pairs have failed, until a contact replaces the joint. `mean` is
+/// the rotation of the joint's frame.
 #[inline(always)]
 fn grounds<S: Simd>(
     simd: S,
@@ -243,10 +247,10 @@ fn grounds<S: Simd>(
     })
 }
 
-/// Seam of a broken joint, forces of its springs, and rotations of its two bodies.
+/// Section of a broken joint, forces of its springs, and rotations of its two blocks.
 type Pulled<'a, S> = (&'a JointSection, SpringForces, Option<[Matrix<S>; 2]>);
 
-/// Gives the forces of a joint lattice to its nodes and its torque to its bodies.
+/// Adds the forces of a joint lattice to its nodes and its torque to its blocks.
 #[inline(always)]
 fn give<S: Simd>(
     simd: S,
@@ -300,7 +304,8 @@ fn give<S: Simd>(
     }
 }
 
-/// Torques of a broken joint on its own body and the other: `torque` is that of its elements, in its frame.
+/// Torques of a broken joint on its own block and on the other `[N m]`. `torque` is that of its
+/// elements, in the joint's frame.
 #[inline(always)]
 fn part_torque<S: Simd>(
     simd: S,
@@ -316,7 +321,8 @@ fn part_torque<S: Simd>(
     if let Some(blocks) = blocks.filter(|_| pull.grounded.0 != [1.0; LANES]) {
         [own, others] = split_torque(simd, blocks, rotation, whole);
     }
-    // The couple of slip goes to the body that is held, if one is; the whole torque if the springs turn with it.
+    // A held block takes the couple due to slip, and the whole torque if the springs rotate with
+    // it.
     let couple = times(rotation, load(simd, &pull.couple));
     let upper = input.moved.packs.packs[at.pack].upper[at.offset];
     let part = input.own_part(upper, at.pack).load(simd);
@@ -328,8 +334,8 @@ fn part_torque<S: Simd>(
     [own, others]
 }
 
-/// Elements of a joint lattice alone: their local forces are left in the working space, and
-/// turned by the rotation that is returned they are those in space.
+/// Computes the local forces of the elements of a joint lattice into the working space. Returns the
+/// rotation from the joint's frame to global axes, if there is one.
 #[simd]
 fn alone<S: Simd>(
     simd: S,
@@ -349,8 +355,9 @@ fn alone<S: Simd>(
     rotation
 }
 
-/// Forces that the elements of a face joint alone exert on its nodes, for the tractions (M1): in
-/// the order of the lattice's nodes, in the frame of space; and the rotation of its frame.
+/// Computes the forces of the elements of a face joint on its nodes, for the tractions (M1): in the
+/// order of the lattice's nodes and in global axes. Also computes the rotation of the joint's
+/// frame.
 #[simd]
 pub(crate) fn face_forces<S: Simd>(
     simd: S,
@@ -375,7 +382,7 @@ pub(crate) fn face_forces<S: Simd>(
     };
 }
 
-/// Energy of the elements of a joint lattice that are left `[J]`.
+/// Strain energy of the remaining elements of a joint lattice `[J]`.
 #[simd]
 pub(crate) fn cell_energy<S: Simd>(
     simd: S,

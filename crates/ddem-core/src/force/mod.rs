@@ -1,4 +1,5 @@
-//! Forces on the nodes: loops, one file each. None calls another; [`step`](crate::step) calls them all.
+//! Loops that compute the forces on the nodes, one file each. None calls another;
+//! [`step`](crate::step) calls all of them.
 
 pub(crate) mod block;
 pub(crate) mod boundary;

@@ -1,5 +1,5 @@
-//! Forces that neighbours leave for a pack: forces and torques of the joints at its lower sides, and the nodal forces
-//! that balance the torque of each of its blocks.
+//! Forces of neighbours on a pack: forces and torques of the joints at its lower sides, and the
+//! nodal forces that balance the torque of each of its blocks.
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -9,8 +9,9 @@ use ddem_mechanics::math::lanes::{Lanes, Vector, add, load, load_at, scale, spla
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::pack::{BlockNumbering, Packs};
 
-/// Collects what the owners of the joints at the lower sides left for a pack: forces into `f`,
-/// torques into `torque`. Offsets in order, so that every node has one order of summation.
+/// Adds the forces and torques of the joints at the lower sides of a pack, which the owners of
+/// these joints have stored, to `f` and `torque`. The fixed order of offsets gives every node one
+/// order of summation.
 #[simd]
 pub(crate) fn collect<S: Simd>(
     simd: S,
@@ -58,7 +59,7 @@ pub(crate) fn collect<S: Simd>(
     }
 }
 
-/// Subtracts the nodal forces that balance the torque of each body of a pack.
+/// Subtracts the nodal forces that balance the torque of each block of a pack.
 #[simd]
 pub(crate) fn spread_torque<S: Simd>(
     simd: S,
@@ -87,7 +88,8 @@ pub(crate) fn spread_torque<S: Simd>(
     }
 }
 
-/// Local nodes at the lower side towards an offset, and their places in the owner's shares.
+/// Local nodes at the lower side towards an offset, with their indices in the owner's neighbour
+/// forces.
 #[inline(always)]
 fn entries(shape: &BlockNumbering, offset: usize) -> impl Iterator<Item = (usize, usize)> + Clone {
     let start = shape.neighbour_force_start[offset];

@@ -1,4 +1,4 @@
-//! §8: from forces on the corners of rigid bodies to their six degrees of freedom, and back.
+//! Conversion between forces on the corners of rigid blocks and their six degrees of freedom (§8).
 
 use crate::model::conditions::SupportedAxis;
 use ddem_mechanics::math::lanes::Lanes;
@@ -7,7 +7,7 @@ use ddem_mechanics::rigid::{
 };
 use ddem_mesh::Vec3;
 
-/// One body of a pack: its matter, its pose, its lane.
+/// Rigid block of a pack: mass properties, pose and lane.
 #[derive(Clone, Copy)]
 pub(crate) struct RigidBlock<'a> {
     pub(crate) mass_properties: &'a MassProperties,
@@ -16,7 +16,7 @@ pub(crate) struct RigidBlock<'a> {
 }
 
 impl RigidBlock<'_> {
-    /// Resultant of the corner forces.
+    /// Resultant of the corner forces: force `[N]` and torque about the centroid `[N m]`.
     pub(crate) fn resultant(&self, f: &[Lanes]) -> SpatialVector {
         let mut sum = SpatialVector::default();
         for corner in 0..8 {
@@ -27,17 +27,17 @@ impl RigidBlock<'_> {
         sum
     }
 
-    /// From the centroid to a corner `[m]`.
+    /// Vector from the centroid to a corner in the present pose `[m]`.
     fn arm(&self, corner: usize) -> Vec3 {
         self.pose.turn * self.mass_properties.arm(corner)
     }
 
-    /// Sets the forces on the corners to those that are equivalent to a wrench.
+    /// Sets the corner forces to those equivalent to a wrench.
     pub(crate) fn set_forces(&self, wrench: SpatialVector, f: &mut [Lanes]) {
         self.set_twist(self.mass_properties.corner_forces(&self.pose.turn, wrench), f);
     }
 
-    /// Adds forces on the corners that are equivalent to a torque.
+    /// Adds the corner forces equivalent to a torque.
     pub(crate) fn add_torque(&self, torque: &[Lanes; 3], f: &mut [Lanes]) {
         let wrench =
             SpatialVector { angular: at(torque, 0, self.lane), ..SpatialVector::default() };
@@ -56,7 +56,7 @@ impl RigidBlock<'_> {
         }
     }
 
-    /// Constraint by the supports at its corners.
+    /// Constraint by the supports at the corners; `None` without supports.
     pub(crate) fn constraint(
         &self,
         supports: &[SupportedAxis],
@@ -71,7 +71,8 @@ impl RigidBlock<'_> {
         RigidConstraint::new(self.mass_properties.size(), asked)
     }
 
-    /// Velocities after a step under a wrench without supports; from rest in a relaxation, which has none.
+    /// Velocities after a step under a wrench, without supports. A relaxation (`rests`) starts from
+    /// zero velocities.
     pub(crate) fn free(
         &self,
         coefficients: &RigidCoefficients,
@@ -83,7 +84,8 @@ impl RigidBlock<'_> {
         start.accelerated(mass_properties, coefficients, wrench).twist(mass_properties)
     }
 
-    /// Reactions of its supports to the velocities that it would have without them `[N]`; returns their wrench.
+    /// Computes the reactions of the supports `[N]` that correct the velocities `free`, those
+    /// without supports. Returns the wrench of the reactions.
     pub(crate) fn react(
         &self,
         constraint: &RigidConstraint,
@@ -105,7 +107,7 @@ impl RigidBlock<'_> {
     }
 }
 
-/// The corner that a support holds.
+/// Corner that a support holds.
 fn corner(support: &SupportedAxis, first: usize) -> usize {
     (support.at as usize - first) / 3
 }

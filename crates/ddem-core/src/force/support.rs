@@ -1,4 +1,4 @@
-//! Fixed and driven nodes: the force that makes a node move as prescribed.
+//! Supports: the force that makes a fixed or driven node move as prescribed.
 
 use crate::model::conditions::SupportedAxis;
 use crate::state::motion::{Coefficients, Motion};
@@ -8,14 +8,15 @@ use ddem_mechanics::math::lanes::Lanes;
 #[derive(Clone, Copy)]
 pub(crate) struct Supports<'a> {
     pub(crate) list: &'a [SupportedAxis],
-    /// Velocity of each fix `[m/s]`.
+    /// Velocity of each support (`fix`) `[m/s]`.
     pub(crate) velocities: &'a [[f64; 3]],
-    /// First place of the pack in a nodal field.
+    /// Index of the pack's first value in a nodal field.
     pub(crate) first: usize,
 }
 
 impl Supports<'_> {
-    /// Reactions `[N]`: added to `f`, so that (M2) gives the prescribed velocity, and kept in `reactions`.
+    /// Adds the reactions with which (M2) gives the prescribed velocities to `f`, and stores them
+    /// in `reactions` `[N]`.
     pub(crate) fn react(
         &self,
         motion: &Motion,
@@ -33,7 +34,7 @@ impl Supports<'_> {
         }
     }
 
-    /// Prescribed velocities: no rounding lets a held node creep.
+    /// Sets the prescribed velocities, so that rounding does not let a held node creep.
     pub(crate) fn enforce(&self, v: &mut [Lanes]) {
         for support in self.list {
             let target = self.velocities[support.fix as usize][support.axis as usize];
@@ -41,7 +42,7 @@ impl Supports<'_> {
         }
     }
 
-    /// Power of the reactions with the velocities `v` `[W]`.
+    /// Power of the reactions at the velocities `v` `[W]`.
     pub(crate) fn power(&self, v: &[Lanes], reactions: &[f64]) -> f64 {
         let power = self.list.iter().zip(reactions).map(|(support, reaction)| {
             reaction * v[support.at as usize - self.first].0[support.lane as usize]
@@ -49,7 +50,7 @@ impl Supports<'_> {
         power.sum()
     }
 
-    /// `Σ (Q + R)²` of the loads `q`, if any act, and the reactions `[N²]`.
+    /// Sum `Σ (Q + R)²` of the loads `q`, if any act, and the reactions `[N²]`.
     pub(crate) fn applied(&self, q: Option<&[Lanes]>, reactions: &[f64]) -> f64 {
         let Some(q) = q else { return reactions.iter().map(|r| r * r).sum() };
         let square = |all: &Lanes| Lanes(all.0.map(|x| x * x)).sum();

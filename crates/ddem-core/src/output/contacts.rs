@@ -8,12 +8,13 @@ use super::{FieldKind, Snapshot};
 use ddem_joint::contact::{Configuration, ContactPoint, Patch};
 use ddem_mechanics::law::JointLaw;
 
-/// Part of what friction can bear from which on a contact slides: all but rounding.
+/// Fraction of the friction limit from which a contact counts as sliding; it allows for rounding.
 const SLIDING: f64 = 1.0 - 1e-9;
 
-/// Two points of two blocks that press on each other (§9). The force acts on block a at `position`,
-/// and its opposite on block b at the same place: force and moment, to rounding. (In small kinematics
-/// moments of deformable blocks are as exact as displacements are small.)
+/// Pair of points of two blocks that press on each other (§9). The force acts on block a at
+/// `position`, and its opposite on block b at the same point. Forces and moments balance to
+/// rounding. (In small kinematics the moments of deformable blocks are only as exact as
+/// displacements are small.)
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Contact {
     /// Blocks a and b, the lower number first.
@@ -22,17 +23,17 @@ pub struct Contact {
     pub position: [f64; 3],
     /// Unit normal, from a to b.
     pub normal: [f64; 3],
-    /// Force on block a `[N]`: `F = A T` of springs, friction and dashpot; along the normal it is
-    /// negative, pressure.
+    /// Force on block a `[N]`: `F = A T` of springs, friction and dashpot. Its component along the
+    /// normal is negative: pressure.
     pub force: [f64; 3],
-    /// Area that the points stand for `[m²]`.
+    /// Area of the pair of points `[m²]`.
     pub area: f64,
-    /// Distance of the two faces along the normal, less half the thickness of the joint of each
-    /// `[m]`: negative where they overlap.
+    /// Distance between the two faces along the normal, less half the joint thickness of each face
+    /// `[m]`. It is negative where they overlap.
     pub gap: f64,
-    /// Way that the points have slid over each other since the blocks met, or since the contact took the place
-    /// of their joint: the length of the path, without what the springs give `[m]`. What they slid before, while the joint
-    /// was there, was the field `slip` of its pairs, which is 0 from then on (`released`).
+    /// Length of the slip path since the blocks met, or since the contact replaced their joint,
+    /// without the elastic part `[m]`. Earlier slip was the field `slip` of the joint's pairs,
+    /// which is 0 from then on (`released`).
     pub slip: f64,
     /// True if friction is fully mobilised; never true without friction.
     pub sliding: bool,
@@ -57,11 +58,11 @@ pub struct ContactField {
     pub components: usize,
     /// Kind of the numbers.
     pub kind: FieldKind,
-    /// The numbers of one contact; those beyond its components are 0.
+    /// Numbers of one contact; those beyond its components are 0.
     of: fn(&Contact) -> [f64; 3],
 }
 
-/// All output fields of contacts, besides their positions.
+/// All output fields of contacts except their positions.
 pub const CONTACT_FIELDS: [ContactField; 8] = [
     ContactField::new("force", "N", 3, |c| c.force),
     ContactField::new("traction", "Pa", 3, Contact::traction),
@@ -106,28 +107,29 @@ impl ContactField {
 /// Numbers of contacts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ContactCounts {
-    /// Pairs of blocks whose faces or edges are so near each other that they have points, §9.
+    /// Pairs of blocks whose faces or edges are near enough to have contact points (§9).
     pub near: usize,
     /// Pairs of blocks that press on each other.
     pub block_pairs: usize,
-    /// Pairs of their points that do.
+    /// Pairs of contact points that press on each other.
     pub points: usize,
     /// Largest penetration `[m]`.
     pub deepest: f64,
 }
 
-/// True for a contact; patches of nonconforming joints belong to the pairs.
+/// True if a patch is a contact. Patches of nonconforming joints belong to the pairs.
 fn is_contact(patch: &Patch) -> bool {
     patch.bond.is_none()
 }
 
-/// Points whose faces have just parted may bear what settles their account.
+/// True if a point carries force. Points whose faces have just parted may carry a traction that
+/// settles their energy account.
 fn bears(point: &ContactPoint) -> bool {
     point.pair.state.gap < 0.0 || point.pair.state.drag != [0.0; 2]
 }
 
 impl Snapshot<'_> {
-    /// As [`Simulation::contacts`](crate::Simulation::contacts).
+    /// Implements [`Simulation::contacts`](crate::Simulation::contacts).
     pub(crate) fn contacts(&self) -> Vec<Contact> {
         let Some(surfaces) = &self.model.contact else { return Vec::new() };
         let configuration = Configuration {
@@ -143,7 +145,7 @@ impl Snapshot<'_> {
         patches.flat_map_iter(|patch| seen(patch, &configuration, &self.model.laws)).collect()
     }
 
-    /// As [`Simulation::contact_counts`](crate::Simulation::contact_counts).
+    /// Implements [`Simulation::contact_counts`](crate::Simulation::contact_counts).
     pub(crate) fn contact_counts(&self) -> ContactCounts {
         let patches = &self.scratch.trial_contacts.patches;
         let mut counts = ContactCounts::default();
@@ -157,13 +159,13 @@ impl Snapshot<'_> {
         counts
     }
 
-    /// As [`Simulation::touching_blocks`](crate::Simulation::touching_blocks).
+    /// Implements [`Simulation::touching_blocks`](crate::Simulation::touching_blocks).
     pub(crate) fn touching_blocks(&self) -> usize {
         let presses = |patch: &&Patch| is_contact(patch) && patch.points.iter().any(bears);
         self.state.contacts.patches.iter().filter(presses).count()
     }
 
-    /// As [`Simulation::contact_points`](crate::Simulation::contact_points).
+    /// Implements [`Simulation::contact_points`](crate::Simulation::contact_points).
     pub(crate) fn contact_points(&self) -> [usize; 2] {
         let patches = &self.state.contacts.patches;
         let points = || patches.iter().filter(|p| is_contact(p)).flat_map(|patch| &patch.points);
@@ -171,7 +173,7 @@ impl Snapshot<'_> {
     }
 }
 
-/// The points of a patch that press.
+/// Contacts at the points of a patch that carry force.
 fn seen(
     patch: &Patch,
     configuration: &Configuration<'_>,
@@ -187,7 +189,8 @@ fn seen(
         let limit = patch.both.friction.strength(laws, springs.normal);
         Contact {
             blocks: [a, b],
-            // The couple of the two points acts on the block that the normal turns with.
+            // The couple of the two points acts on the reference block. At the point of the other
+            // block the force alone has the same moment.
             position: at[1 - usize::from(patch.reference)].into(),
             normal: normal.into(),
             force: patch.force(point).into(),

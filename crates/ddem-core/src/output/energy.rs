@@ -5,27 +5,30 @@ use serde::{Deserialize, Serialize};
 /// Energies at one time `[J]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Energy {
-    /// Kinetic energy, `½ v⁻ m v⁺` of the half steps before and after; `½ v m v` at the start of a stage.
+    /// Kinetic energy, `½ v⁻ m v⁺` of the half steps before and after; `½ v m v` at the start of a
+    /// stage.
     pub kinetic: f64,
-    /// Strain energy of the bodies.
+    /// Strain energy of the blocks.
     pub strain_bodies: f64,
     /// Strain energy of the joints.
     pub strain_joints: f64,
-    /// Taken by damping so far.
+    /// Energy dissipated by damping so far.
     pub damping: f64,
-    /// Taken by friction on failed joints so far, less the work of their dilation.
+    /// Energy dissipated by friction on failed joints and contacts so far, less the work of
+    /// dilation.
     pub friction: f64,
-    /// Taken by fracture of joints so far.
+    /// Energy dissipated by fracture of joints so far.
     pub fracture: f64,
-    /// Lost so far where contacts come, go and change their points, and by faces that meet or part
-    /// within a step: not physics, but the method's own error.
+    /// Energy lost so far where contacts form, end or change their points, and where faces meet or
+    /// part within a step. It is a numerical error of the method.
     pub contact: f64,
     /// Work of loads, gravity and driven supports so far.
     pub external: f64,
-    /// Kinetic + strain + damping + friction + fracture + contact − external work − what was there at the
-    /// start: zero but for rounding and, in large rotations and failure, for the time step.
+    /// Kinetic + strain + damping + friction + fracture + contact − external work − initial energy.
+    /// It is zero to rounding; in large rotations and failure the time step adds an error.
     pub balance: f64,
-    /// Largest of the energies now, the energy at the start, and the external work at any time since `[J]`.
+    /// Largest of the present energies, the energy at the start, and the external work at any time
+    /// since then `[J]`.
     pub largest: f64,
 }
 
@@ -70,15 +73,15 @@ impl Energy {
         energy
     }
 
-    /// Energy that has come or gone without a cause, the balance and what contacts have lost, against the
-    /// largest energy since the start; 0 where there is none.
+    /// Energy error relative to the largest energy since the start: the sizes of the balance and of
+    /// the contact losses together; 0 without error.
     #[must_use]
     pub fn imbalance(&self) -> f64 {
         let error = self.balance.abs() + self.contact.abs();
         if error == 0.0 { 0.0 } else { error / self.largest }
     }
 
-    /// The numbers, in the order of [`NAMES`](Self::NAMES).
+    /// Energies, in the order of [`NAMES`](Self::NAMES).
     #[must_use]
     pub fn values(&self) -> [f64; 9] {
         [

@@ -1,4 +1,4 @@
-//! Fragments: blocks that unbroken joints hold together.
+//! Fragments: groups of blocks that bonded joints hold together.
 
 use std::cmp::Reverse;
 use std::ops::Range;
@@ -8,24 +8,24 @@ use crate::model::damage::Damage;
 use ddem_mechanics::math::disjoint_sets::DisjointSets;
 use ddem_mesh::Vec3;
 
-/// Steps into which the volume of the model is cut to compare fragments: those of equal blocks differ
-/// by rounding alone.
+/// Number of steps into which the volume of the model is divided to compare fragments. Fragments of
+/// equal blocks differ only by rounding.
 const VOLUME_STEPS: f64 = 1e12;
 
-/// Blocks that joints hold together, and no joint holds to others.
+/// Group of blocks that joints hold together and that no joint holds to other blocks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fragment {
     /// Numbers of its blocks, in order.
     pub blocks: Vec<usize>,
-    /// Volume of its blocks in their reference position, without the joints `[m³]`.
+    /// Volume of its blocks in the reference position, without joints `[m³]`.
     pub volume: f64,
-    /// Mass, with half of that of the joints around each block `[kg]`.
+    /// Mass, including half the mass of the joints around each block `[kg]`.
     pub mass: f64,
-    /// Part of the mass of the model that is in fragments which are no larger: cumulative passing.
+    /// Cumulative passing: fraction of the model's mass in fragments that are not larger.
     pub passing: f64,
-    /// Centre of its mass, now `[m]`.
+    /// Present centre of mass `[m]`.
     pub centroid: [f64; 3],
-    /// Velocity of its centre of mass, now `[m/s]`; zero in a relaxation.
+    /// Present velocity of the centre of mass `[m/s]`; zero in a relaxation.
     pub velocity: [f64; 3],
 }
 
@@ -45,13 +45,13 @@ impl Fragment {
         "velocity.z",
     ];
 
-    /// Equivalent size, the edge of a cube of its volume, `V^(1/3)` `[m]`.
+    /// Equivalent size: edge of a cube of equal volume, `V^(1/3)` `[m]`.
     #[must_use]
     pub fn size(&self) -> f64 {
         libm::cbrt(self.volume)
     }
 
-    /// The number of its blocks and all else, in the order of [`NAMES`](Self::NAMES).
+    /// Number of blocks and the other values, in the order of [`NAMES`](Self::NAMES).
     #[must_use]
     pub fn values(&self) -> [f64; 11] {
         let ([x, y, z], [u, v, w]) = (self.centroid, self.velocity);
@@ -60,7 +60,7 @@ impl Fragment {
     }
 }
 
-/// The number of the fragment of each element.
+/// Writes the fragment number of each element.
 pub(super) fn fragment(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     let numbers = snapshot.numbers();
     snapshot.model.fill_elements(range, out, |block| {
@@ -70,7 +70,7 @@ pub(super) fn fragment(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [
 }
 
 impl Snapshot<'_> {
-    /// As [`Simulation::fragments`](crate::Simulation::fragments).
+    /// Implements [`Simulation::fragments`](crate::Simulation::fragments).
     pub(crate) fn fragments(&self) -> Vec<Fragment> {
         let mut fragments = self.bare_fragments();
         let mut numbers = vec![fragments.len(); self.model.n_blocks()];
@@ -92,7 +92,7 @@ impl Snapshot<'_> {
         fragments
     }
 
-    /// As [`Simulation::block_fragments`](crate::Simulation::block_fragments).
+    /// Implements [`Simulation::block_fragments`](crate::Simulation::block_fragments).
     pub(crate) fn block_fragments(&self) -> Vec<usize> {
         let fragments = self.bare_fragments();
         let mut numbers = vec![fragments.len(); self.model.n_blocks()];
@@ -102,7 +102,7 @@ impl Snapshot<'_> {
         numbers
     }
 
-    /// The fragments in order, with their blocks and volumes.
+    /// Fragments by decreasing volume, with only their blocks and volumes set.
     fn bare_fragments(&self) -> Vec<Fragment> {
         let n = self.model.n_blocks();
         let mut groups = DisjointSets::new(n);
@@ -115,7 +115,7 @@ impl Snapshot<'_> {
             fragment.blocks.push(block);
         }
         fragments.retain(|fragment| !fragment.blocks.is_empty());
-        // Stable: equal ones stay in the order of their lowest blocks.
+        // The sort is stable: equal fragments stay in the order of their lowest blocks.
         let step = self.volume_step();
         fragments.sort_by_key(|fragment| Reverse(rank(fragment, step)));
         fragments
@@ -132,7 +132,7 @@ impl Snapshot<'_> {
             sums[at] = sum;
         }
         for (at, fragment) in fragments.iter_mut().enumerate() {
-            // Equal ones follow each other: the first has the sum of all of them.
+            // Equal fragments follow each other, and the first has the sum of all of them.
             sums[at] = if at > 0 && ranks[at] == ranks[at - 1] { sums[at - 1] } else { sums[at] };
             fragment.passing = sums[at] / sum;
         }
@@ -143,7 +143,7 @@ impl Snapshot<'_> {
     }
 }
 
-/// Volume in steps, so that rounding does not part equal ones.
+/// Volume in steps, so that rounding does not separate equal fragments.
 fn rank(fragment: &Fragment, step: f64) -> u64 {
     (fragment.volume / step).round() as u64
 }

@@ -1,5 +1,5 @@
-//! Public view of a simulation: one table, [`FIELDS`], for all writers and bindings, and the functions that fill it
-//! range by range.
+//! Public view of a simulation: one table, [`FIELDS`], for all writers and bindings, and the
+//! functions that fill it range by range.
 
 mod contacts;
 pub(crate) mod energy;
@@ -25,14 +25,14 @@ pub use fragments::Fragment;
 pub use snapshot::Snapshot;
 pub use state::{ContactSummary, FragmentSummary, JointSummary, Largest, Reaction, StateSummary};
 
-/// Place of the values of a field.
+/// Location of the values of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldLocation {
     /// At the nodes.
     Node,
     /// In the hex8 elements of the blocks.
     Element,
-    /// At the pairs of facing nodes.
+    /// At the pairs of joints.
     Pair,
 }
 
@@ -43,7 +43,7 @@ pub enum FieldKind {
     Real,
     /// Integers.
     Whole,
-    /// One of a few states, from 0 up.
+    /// One of a few states, numbered from 0.
     State,
     /// 0 or 1.
     Flag,
@@ -56,7 +56,7 @@ pub struct Field {
     pub name: &'static str,
     /// Unit, "1" for a plain number.
     pub unit: &'static str,
-    /// Place of its values.
+    /// Location of its values.
     pub on: FieldLocation,
     /// Numbers per value.
     pub components: usize,
@@ -69,8 +69,8 @@ pub struct Field {
 type FillValues = fn(&Snapshot<'_>, Range<usize>, &mut [f64]);
 
 impl Field {
-    /// A field of real numbers. `fill` writes the numbers of a range of values, one value after another; it can ask the
-    /// snapshot for those of other fields.
+    /// Field of real numbers. `fill` writes the numbers of a range of values, one value after
+    /// another. It can read other fields from the snapshot.
     #[must_use]
     pub const fn new(
         name: &'static str,
@@ -82,21 +82,22 @@ impl Field {
         Self { name, unit, on, components, kind: FieldKind::Real, fill }
     }
 
-    /// The field with another number type.
+    /// The field with another kind of numbers.
     #[must_use]
     pub const fn kind(self, kind: FieldKind) -> Self {
         Self { kind, ..self }
     }
 }
 
-/// All output fields that change with time, of any model; [`fields`] has those that the deck asks for besides. All components are those of the global axes, also of tractions and slip.
+/// Output fields of every model that change with time; [`fields`] adds those that the deck
+/// requests. All components are in global axes, including those of tractions and slip.
 /// [`Simulation::snapshot`](crate::Simulation::snapshot) gives their values.
 ///
 /// | On | Fields |
 /// |---|---|
 /// | nodes | `displacement`, `velocity` |
 /// | elements | `stress` (xx yy zz xy yz zx), `fragment` (its number) |
-/// | pairs | `displacement` (mean of both sides), `traction`, `slip`, `opening`, `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`, `released` (a contact has taken the place of the joint), `failure_time`, `damage` |
+/// | pairs | `displacement` (mean of both sides), `traction`, `slip`, `opening`, `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`, `released` (a contact has replaced the joint), `failure_time`, `damage` |
 pub const FIELDS: [Field; 13] = [
     Field::new("displacement", "m", FieldLocation::Node, 3, displacement),
     Field::new("velocity", "m/s", FieldLocation::Node, 3, velocity),
@@ -114,20 +115,21 @@ pub const FIELDS: [Field; 13] = [
     Field::new("damage", "1", FieldLocation::Pair, 1, pairs::damage),
 ];
 
-/// Force that accelerates every node, [`Simulation::forces`](crate::Simulation::forces); it is not in the files.
+/// Force that accelerates each node, [`Simulation::forces`](crate::Simulation::forces). It is not
+/// written to files.
 pub const FORCE: Field = Field::new("force", "N", FieldLocation::Node, 3, force);
 
-/// Further fields of a model with excavations.
+/// Additional fields of a model with excavations.
 const EXCAVATION_FIELDS: [Field; 2] = [
     Field::new("removed", "1", FieldLocation::Element, 1, removed).kind(FieldKind::Flag),
     Field::new("removed", "1", FieldLocation::Pair, 1, pairs::removed).kind(FieldKind::Flag),
 ];
 
-/// Further fields of a model with a stage that looks for a factor of safety.
+/// Additional fields of a model with a stage that determines a factor of safety.
 const SAFETY_FIELDS: [Field; 1] =
     [Field::new("unstable", "1", FieldLocation::Element, 1, unstable)];
 
-/// 1 in blocks that have been taken out.
+/// Writes 1 in removed blocks, 0 in others.
 fn removed(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     let model = snapshot.model;
     model.fill_elements(range, out, |block| {
@@ -136,7 +138,7 @@ fn removed(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     });
 }
 
-/// 1 in blocks that move in the failing trial of a factor of safety.
+/// Writes 1 in blocks that move in the failing trial of a factor of safety, 0 in others.
 fn unstable(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     let moving = snapshot.moving();
     snapshot.model.fill_elements(range, out, |block| {
@@ -157,9 +159,9 @@ fn force(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     snapshot.model.fill_nodal(&snapshot.scratch.f, range, out);
 }
 
-/// All output fields of a model that change with time: [`FIELDS`], and `peak_velocity`, `peak_tension` and
-/// `peak_compression` where the deck has `peaks`, `removed` where blocks are taken out, `unstable`
-/// where a stage looks for a factor of safety.
+/// All output fields of a model that change with time: [`FIELDS`], and `peak_velocity`,
+/// `peak_tension` and `peak_compression` if the deck has `peaks`, `removed` if blocks are removed,
+/// and `unstable` if a stage determines a factor of safety.
 pub fn fields(model: &Model) -> impl Iterator<Item = &'static Field> + use<> {
     let peaks: &[Field] = if model.properties.peaks { &PEAK_FIELDS } else { &[] };
     let removed: &[Field] = if model.has_excavations() { &EXCAVATION_FIELDS } else { &[] };

@@ -1,21 +1,21 @@
-//! Momentum and its moment.
+//! Linear and angular momentum.
 
 use super::Snapshot;
 use ddem_mechanics::math::exact::ExactSum;
 use ddem_mesh::Vec3;
 
 impl Snapshot<'_> {
-    /// As [`Simulation::momentum`](crate::Simulation::momentum).
+    /// Implements [`Simulation::momentum`](crate::Simulation::momentum).
     pub(crate) fn momentum(&self) -> [f64; 3] {
         self.momenta()[0].into()
     }
 
-    /// As [`Simulation::angular_momentum`](crate::Simulation::angular_momentum).
+    /// Implements [`Simulation::angular_momentum`](crate::Simulation::angular_momentum).
     pub(crate) fn angular_momentum(&self) -> [f64; 3] {
         self.momenta()[1].into()
     }
 
-    /// Both.
+    /// Linear `[kg m/s]` and angular momentum `[kg m²/s]`.
     fn momenta(&self) -> [Vec3; 2] {
         let mut sums: [[ExactSum; 3]; 2] = Default::default();
         self.each_mass(|_, mass, x, v, turning| {
@@ -27,8 +27,9 @@ impl Snapshot<'_> {
         sums.map(|sum| sum.each_ref().map(ExactSum::value).into())
     }
 
-    /// Calls `see` with every mass, block after block: its block, kilograms, position and velocity now,
-    /// and what turns in it `[kg m²/s]`. Masses are the nodes of deformable blocks, and rigid blocks.
+    /// Calls `see` with each mass, block after block: number of its block, mass `[kg]`, present
+    /// position `[m]` and velocity `[m/s]`, and angular momentum about its own centre `[kg m²/s]`.
+    /// The masses are the nodes of deformable blocks, and rigid blocks.
     pub(super) fn each_mass(&self, mut see: impl FnMut(usize, f64, Vec3, Vec3, Vec3)) {
         let model = self.model;
         let mut velocities = vec![[0.0; 3]; model.n_nodes()];

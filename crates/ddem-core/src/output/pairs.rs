@@ -7,7 +7,7 @@ use ddem_joint::point::PairFailure;
 use ddem_mechanics::law::{FailureMode, PointState};
 use ddem_mesh::Vec3;
 
-/// Mean displacement of both sides.
+/// Writes the mean displacement of both sides.
 pub(super) fn displacement(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     let (model, u) = (snapshot.model, &snapshot.state.u);
     model.fill_pairs(range, out, |joint| {
@@ -19,7 +19,7 @@ pub(super) fn displacement(snapshot: &Snapshot<'_>, range: Range<usize>, out: &m
     });
 }
 
-/// Traction on the first node's side; 0 where a contact has taken the place of the joint.
+/// Writes the traction on the first node's side; 0 if a contact has replaced the joint.
 pub(super) fn traction(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     let (rows, start) = (out.as_chunks_mut::<3>().0, range.start);
     rows.fill([0.0; 3]);
@@ -37,7 +37,7 @@ pub(super) fn slip(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]
     });
 }
 
-/// Opening by slip over the roughness, and the gap beyond it.
+/// Writes the opening: dilation by slip over the roughness, plus the gap beyond it.
 pub(super) fn opening(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     failed(snapshot, range, out, 0.0, |_, state| state.dilation + state.gap.max(0.0));
 }
@@ -59,7 +59,7 @@ pub(super) fn damage(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f6
     failed(snapshot, range, out, 0.0, |_, state| state.damage.min(1.0));
 }
 
-/// A number of each failed pair, and another of the bonded ones.
+/// Writes `number` of each failed pair, and `bonded` for each other pair.
 fn failed(
     snapshot: &Snapshot<'_>,
     range: Range<usize>,
@@ -77,7 +77,7 @@ fn failed(
     });
 }
 
-/// 1 where a contact has taken the place of the joint.
+/// Writes 1 if a contact has replaced the joint, otherwise 0.
 pub(super) fn released(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     snapshot.model.fill_pairs(range, out, |joint| {
         let released = snapshot.damage(joint).is_released();
@@ -85,7 +85,7 @@ pub(super) fn released(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [
     });
 }
 
-/// 1 at joints one of whose blocks has been taken out.
+/// Writes 1 at joints with a removed block, 0 at others.
 pub(super) fn removed(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     let model = snapshot.model;
     model.fill_pairs(range, out, |joint| {

@@ -1,10 +1,10 @@
-//! The largest values so far.
+//! Peak values so far.
 
 use std::ops::Range;
 
 use super::{Field, FieldLocation, Snapshot};
 
-/// Fields of a model that asks for peaks.
+/// Fields of a model whose deck has `peaks`.
 pub(super) const PEAK_FIELDS: [Field; 3] = [
     Field::new("peak_velocity", "m/s", FieldLocation::Node, 1, velocity),
     Field::new("peak_tension", "Pa", FieldLocation::Element, 1, tension),
@@ -32,7 +32,7 @@ fn stress(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64], of: fn(
 }
 
 impl Snapshot<'_> {
-    /// As [`Simulation::peak_velocities`](crate::Simulation::peak_velocities).
+    /// Implements [`Simulation::peak_velocities`](crate::Simulation::peak_velocities).
     pub(crate) fn peak_velocities(&self) -> Vec<f64> {
         let n = if self.state.peaks.speeds.is_empty() { 0 } else { self.model.n_nodes() };
         let mut speeds = vec![0.0; n];
@@ -40,7 +40,7 @@ impl Snapshot<'_> {
         speeds
     }
 
-    /// Largest speeds of a range of nodes `[m/s]`.
+    /// Writes the largest speeds of a range of nodes so far `[m/s]`.
     fn fill_peak_velocities(&self, range: Range<usize>, out: &mut [f64]) {
         self.model.fill_nodes(range, out, |block| {
             let (pack, lane) = self.model.packs.slot(block);
@@ -49,7 +49,7 @@ impl Snapshot<'_> {
         });
     }
 
-    /// As [`Simulation::peak_stresses`](crate::Simulation::peak_stresses).
+    /// Implements [`Simulation::peak_stresses`](crate::Simulation::peak_stresses).
     pub(crate) fn peak_stresses(&self) -> Vec<[f64; 2]> {
         self.state.peaks.stresses.concat()
     }

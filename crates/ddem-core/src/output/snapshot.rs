@@ -9,13 +9,13 @@ use crate::state::State;
 use crate::step::Context;
 use crate::step::scratch::Scratch;
 
-/// Fields of a simulation at the present time, by ranges of their values: nobody needs to hold a
-/// whole one. What a field takes from all blocks is found once.
+/// Fields of a simulation at the present time, by ranges of values, so that no caller has to hold a
+/// whole field. Quantities that depend on all blocks are computed once.
 #[derive(Debug)]
 pub struct Snapshot<'a> {
     pub(super) model: &'a Model,
     pub(super) state: &'a State,
-    /// Forces, broken joints and contacts as they were last measured.
+    /// Forces, broken joints and contacts of the last measurement.
     pub(super) scratch: &'a Scratch,
     pub(super) context: Context<'a>,
     failing: bool,
@@ -24,7 +24,7 @@ pub struct Snapshot<'a> {
 }
 
 impl<'a> Snapshot<'a> {
-    /// Of a state that was measured, and of a trial that is `failing` or not.
+    /// Snapshot of a measured state. `failing` marks the failing trial of a factor of safety.
     pub(crate) fn new(
         context: Context<'a>,
         state: &'a State,
@@ -41,7 +41,7 @@ impl<'a> Snapshot<'a> {
         self.model
     }
 
-    /// Number of the values of a field.
+    /// Number of values at a location.
     #[must_use]
     pub fn len(&self, on: FieldLocation) -> usize {
         match on {
@@ -55,7 +55,7 @@ impl<'a> Snapshot<'a> {
     ///
     /// # Panics
     ///
-    /// If there are no such values, or there is not room for exactly them.
+    /// If the field has no such values, or `out` does not have exactly their length.
     pub fn fill(&self, field: &Field, range: Range<usize>, out: &mut [f64]) {
         let (n, room) = (self.len(field.on), out.len());
         assert!(range.end <= n, "`{}` has no values {range:?}: it has {n}", field.name);
@@ -73,12 +73,12 @@ impl<'a> Snapshot<'a> {
         values
     }
 
-    /// Number of the fragment of each block.
+    /// Fragment number of each block.
     pub(super) fn numbers(&self) -> &[usize] {
         self.fragments.get_or_init(|| self.block_fragments())
     }
 
-    /// Blocks that move in the failing trial of a factor of safety.
+    /// True for each block that moves in the failing trial of a factor of safety.
     pub(super) fn moving(&self) -> &[bool] {
         self.moving.get_or_init(|| {
             let mut moves = vec![false; self.model.n_blocks()];

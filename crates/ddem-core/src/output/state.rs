@@ -1,4 +1,4 @@
-//! A state in a few numbers: where it has come to, what has failed and what the supports bear.
+//! Summary of a state: largest motions, failed joints, contacts, fragments, reactions and energies.
 
 use std::ops::Range;
 
@@ -10,17 +10,17 @@ use ddem_joint::point::{JointPoint, PairFailure};
 use ddem_mechanics::law::FailureMode;
 use ddem_mesh::Vec3;
 
-/// Nodes that are looked at at once.
+/// Number of nodes that are processed at once.
 const PIECE: usize = 65_536;
 
-/// A state in a few numbers.
+/// Summary of a state.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct StateSummary {
     /// Time `[s]`.
     pub time: f64,
-    /// Largest displacement `[m]`; `None` where there is no block.
+    /// Largest displacement `[m]`; `None` without blocks.
     pub displacement: Option<Largest>,
-    /// Largest velocity `[m/s]`; `None` in a relaxation, and where nothing moves.
+    /// Largest velocity `[m/s]`; `None` in a relaxation, and if nothing moves.
     pub velocity: Option<Largest>,
     /// Joints that can fail, by name.
     pub joints: Vec<JointSummary>,
@@ -28,29 +28,29 @@ pub struct StateSummary {
     pub contacts: ContactSummary,
     /// Fragments.
     pub fragments: FragmentSummary,
-    /// Force of each support of the deck that acts, on the model.
+    /// Force of each active support of the deck on the model.
     pub reactions: Vec<Reaction>,
     /// Energies.
     pub energy: Energy,
 }
 
-/// Largest value at a node.
+/// Largest vector at a node.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Largest {
-    /// Size of the vector.
+    /// Magnitude of the vector.
     pub size: f64,
     /// The vector.
     pub vector: [f64; 3],
-    /// Name of the set of the block.
+    /// Name of the block's set.
     pub set: String,
     /// Number of the block.
     #[serde(rename = "index")]
     pub block: usize,
-    /// Place of the node at the start `[m]`.
+    /// Reference position of the node `[m]`.
     pub point: [f64; 3],
 }
 
-/// Pairs of one joint of the deck.
+/// Numbers of pairs of one joint of the deck.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointSummary {
     /// Name of the joint.
@@ -65,29 +65,30 @@ pub struct JointSummary {
     pub open: u64,
 }
 
-/// Contacts as they are now: all zero where no blocks meet.
+/// Present contacts; all zero if no blocks meet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactSummary {
     /// Pairs of blocks that press on each other.
     pub block_pairs: u64,
-    /// Pairs of blocks that slide over each other: friction bears all that it can at one of their points.
+    /// Pairs of blocks that slide over each other: friction is fully mobilised at one of their
+    /// points.
     #[serde(default)]
     pub sliding: u64,
-    /// Pairs of blocks that are near each other and do not touch.
+    /// Pairs of blocks that are near each other but not in contact.
     #[serde(default)]
     pub open: u64,
     /// Pairs of points that press on each other.
     pub points: u64,
-    /// Largest depth to which blocks reach into each other `[m]`.
+    /// Largest penetration `[m]`.
     pub deepest: f64,
 }
 
-/// Fragments as they are now: blocks that unbroken joints hold together.
+/// Present fragments: groups of blocks that bonded joints hold together.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FragmentSummary {
     /// Number of fragments.
     pub number: u64,
-    /// Volume of the largest `[m³]`.
+    /// Volume of the largest fragment `[m³]`.
     pub largest_volume: f64,
 }
 
@@ -101,7 +102,7 @@ pub struct Reaction {
 }
 
 impl Snapshot<'_> {
-    /// As [`Simulation::state_summary`](crate::Simulation::state_summary).
+    /// Implements [`Simulation::state_summary`](crate::Simulation::state_summary).
     pub(crate) fn state_summary(&self, energy: Energy) -> StateSummary {
         let displacement = |snapshot: &Self, range: Range<usize>, out: &mut [f64]| {
             snapshot.model.fill_nodal(&snapshot.state.u, range, out);
@@ -118,7 +119,7 @@ impl Snapshot<'_> {
         }
     }
 
-    /// Largest of the vectors at nodes that `fill` writes, the first of equal ones.
+    /// Largest of the nodal vectors that `fill` writes; the first if several are equal.
     fn largest(&self, fill: fn(&Self, Range<usize>, &mut [f64])) -> Option<Largest> {
         let (n, mut most, mut vectors) = (self.model.n_nodes(), None, Vec::new());
         for first in (0..n).step_by(PIECE) {
@@ -162,7 +163,7 @@ impl Snapshot<'_> {
         known.map(|(joint, _)| joint).collect()
     }
 
-    /// As [`Simulation::contact_summary`](crate::Simulation::contact_summary).
+    /// Implements [`Simulation::contact_summary`](crate::Simulation::contact_summary).
     pub(crate) fn contact_summary(&self) -> ContactSummary {
         let counts = self.contact_counts();
         let mut slide: Vec<[usize; 2]> =
@@ -177,7 +178,7 @@ impl Snapshot<'_> {
         }
     }
 
-    /// As [`Simulation::fragment_summary`](crate::Simulation::fragment_summary).
+    /// Implements [`Simulation::fragment_summary`](crate::Simulation::fragment_summary).
     pub(crate) fn fragment_summary(&self) -> FragmentSummary {
         let fragments = self.fragments();
         FragmentSummary {

@@ -10,16 +10,16 @@ use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::in_situ::Stress;
 use ddem_mesh::{Topology, Vec3};
 
-/// Origin of the stresses of one block.
+/// Data for the stresses of one block.
 pub(crate) struct StressSource<'a> {
     u: &'a [Lanes],
     lane: usize,
     topology: Topology,
     elastic: &'a Elastic,
-    /// Of the matrix whose columns are the edges of an element.
+    /// Inverse of the matrix whose columns are the edges of an element.
     inverse: Matrix3<f64>,
     rotation: Matrix3<f64>,
-    /// The stress that is there at the start, and the centre of the first element.
+    /// Initial stress, and centre of the first element.
     in_place: Option<(Stress, Vec3)>,
     edges: [Vec3; 3],
 }
@@ -29,7 +29,7 @@ pub(super) fn stress(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f6
 }
 
 impl Snapshot<'_> {
-    /// As [`Simulation::stresses`](crate::Simulation::stresses).
+    /// Implements [`Simulation::stresses`](crate::Simulation::stresses).
     pub(crate) fn stresses(&self) -> Vec<[f64; 6]> {
         let n = self.model.n_elements();
         let mut stresses = vec![[0.0; 6]; n];
@@ -37,7 +37,7 @@ impl Snapshot<'_> {
         stresses
     }
 
-    /// Stresses of a range of elements `[Pa]`.
+    /// Writes the stresses of a range of elements `[Pa]`.
     fn fill_stresses(&self, range: Range<usize>, out: &mut [f64]) {
         self.model.fill_elements(range, out, |block| {
             let (strained, topology) = (self.strained(block), self.model.geometry.topology(block));
@@ -48,14 +48,14 @@ impl Snapshot<'_> {
         });
     }
 
-    /// As [`Simulation::stress`](crate::Simulation::stress).
+    /// Implements [`Simulation::stress`](crate::Simulation::stress).
     pub(crate) fn stress(&self, block: usize, at: [usize; 3]) -> [f64; 6] {
-        // Panics where there is no such element.
+        // This panics if there is no such element.
         let _ = self.model.element(block, at);
         self.strained(block).map_or([0.0; 6], |block| block.stress(at))
     }
 
-    /// Origin of the stresses of a block; `None` of one that has none.
+    /// Data for the stresses of a block; `None` for a block without stresses.
     pub(crate) fn strained(&self, block: usize) -> Option<StressSource<'_>> {
         let model = self.model;
         let (pack, lane) = model.packs.slot(block);
@@ -91,7 +91,7 @@ impl Snapshot<'_> {
 }
 
 impl StressSource<'_> {
-    /// As [`Simulation::stress`](crate::Simulation::stress).
+    /// Implements [`Simulation::stress`](crate::Simulation::stress).
     pub(super) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
         // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
         let mut gradient = Matrix3::zeros();
@@ -108,7 +108,7 @@ impl StressSource<'_> {
         COMPONENTS.map(|at| turned[at])
     }
 
-    /// `σ⁰ + C : sym(Rᵀ F − 1)` from `∂u/∂X`, in the frame of the block.
+    /// Stress `σ⁰ + C : sym(Rᵀ F − 1)` from `∂u/∂X`, in the frame of the block `[Pa]`.
     fn own(&self, at: [usize; 3], gradient: &Matrix3<f64>) -> Matrix3<f64> {
         let local = self.rotation.tr_mul(&(Matrix3::identity() + gradient)) - Matrix3::identity();
         let [xx, yy, zz, xy, yz, zx] =
@@ -120,8 +120,8 @@ impl StressSource<'_> {
         })
     }
 
-    /// The least and the largest principal stress there `[Pa]`, a third of the work of all of them:
-    /// they do not care how the block has turned.
+    /// Least and largest principal stress of an element `[Pa]`. They take a third of the work of
+    /// the whole stress, because they do not depend on the rotation of the block.
     pub(crate) fn range(&self, at: [usize; 3]) -> [f64; 2] {
         let first = self.topology.node(at);
         let mut differences = [[0.0; 3]; 3];
@@ -143,5 +143,5 @@ impl StressSource<'_> {
     }
 }
 
-/// xx yy zz xy yz zx of a matrix.
+/// Indices of xx yy zz xy yz zx in a matrix.
 const COMPONENTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)];

@@ -1,4 +1,4 @@
-//! Tractions of pairs (M1), failed or not.
+//! Tractions of bonded and failed pairs (M1).
 
 use std::ops::Range;
 
@@ -20,19 +20,19 @@ use ddem_mesh::NO_JOINT;
 use ddem_mesh::Vec3;
 use ddem_mesh::pack::JointLattice;
 
-/// A pair as it is now, in the frame of space.
+/// Present state of a pair, in global axes.
 pub(super) struct PairView<'a> {
     /// Traction on side a `[Pa]`, (M1).
     pub(super) traction: Vec3,
-    /// The joint's own axes in space, as columns: the normal, from a to b, and two in its plane.
+    /// Axes of the joint in global axes, as columns: the normal from a to b, and two in its plane.
     pub(super) axes: Matrix3<f64>,
     /// Number of the joint's law.
     pub(super) law: u16,
-    /// The pair's springs, if elements around it have failed.
+    /// Springs of the pair, if elements around it have failed.
     pub(super) point: Option<&'a JointPoint>,
 }
 
-/// A joint whose faces match: the pack and the lane of its block a, its direction and its number.
+/// Conforming joint: pack and lane of its block a, its direction and its number.
 struct JointLane {
     pack: u32,
     d: u8,
@@ -40,7 +40,7 @@ struct JointLane {
     at: u32,
 }
 
-/// Forces of the joints of one face of a pack, and the rotation of their axes.
+/// Forces of the joints at one face of a pack, and the rotation of their axes.
 #[derive(Default)]
 struct FaceForces {
     forces: Vec<Lanes>,
@@ -49,24 +49,25 @@ struct FaceForces {
 }
 
 impl Snapshot<'_> {
-    /// As [`Simulation::tractions`](crate::Simulation::tractions), (M1).
+    /// Implements [`Simulation::tractions`](crate::Simulation::tractions), (M1).
     pub(crate) fn tractions(&self) -> Vec<[f64; 3]> {
         let mut tractions = vec![[0.0; 3]; self.model.n_pairs()];
         self.see_present(0..tractions.len(), |pair, seen| tractions[pair] = seen.traction.into());
         tractions
     }
 
-    /// Calls `see` with the pairs in a range, in whatever order, at the time that was last measured.
+    /// Calls `see` with the pairs in a range, in any order, in the last measured state.
     pub(super) fn see_present(&self, pairs: Range<usize>, see: impl FnMut(usize, PairView<'_>)) {
         self.see(&self.scratch.trial, &self.scratch.trial_contacts, pairs, see);
     }
 
-    /// Damage of a joint at the time that was last measured.
+    /// Damage of a joint in the last measured state.
     pub(super) fn damage(&self, joint: usize) -> Damage<'_> {
         self.model.damage(joint, &self.scratch.trial, &self.scratch.trial_contacts)
     }
 
-    /// By what the most loaded pair that is bonded is beyond its strength, for a relaxation.
+    /// Largest overload of the bonded pairs, for a relaxation: the divisor of the tractions at
+    /// which none of them fails; 1 if none fails now.
     pub(crate) fn overload(&self) -> f64 {
         let mut most: f64 = 1.0;
         let all = 0..self.model.n_pairs();
@@ -80,7 +81,7 @@ impl Snapshot<'_> {
         most
     }
 
-    /// True where a joint has turned about pairs that still hold, so far that it is to let go of them.
+    /// True if a joint has rotated about bonded pairs so far that they must fail.
     pub(crate) fn hinges(&self) -> bool {
         let State { broken_joints, contacts, .. } = self.state;
         self.model.searched().is_some()
@@ -116,7 +117,7 @@ impl Snapshot<'_> {
                 BlockJoint::Nonconforming(joint) => see_nonconforming(joint, contacts, &mut see),
             }
         }
-        // The lanes of a pack are one piece of work.
+        // The lanes of a pack are processed together.
         faces.sort_unstable_by_key(|face| (face.pack, face.d));
         let mut forces = FaceForces::default();
         for faces in faces.chunk_by(|a, b| (a.pack, a.d) == (b.pack, b.d)) {
@@ -160,7 +161,8 @@ impl Snapshot<'_> {
                 let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.area > 0.0);
                 if let Some(point) = point {
                     let springs = point.state.total_traction();
-                    // Of its elements, each of which has a quarter there.
+                    // Fraction of the pair's elements that are springs; each has a quarter of its
+                    // area here.
                     let part = (point.area / section.quarter.0[lane]).round() * node_pair.share();
                     traction += axes * joined(springs.normal, springs.shear) * part;
                 }
@@ -170,7 +172,7 @@ impl Snapshot<'_> {
     }
 }
 
-/// Calls `see` with the pairs of a joint between faces that do not match.
+/// Calls `see` with the pairs of a nonconforming joint.
 fn see_nonconforming(
     joint: &BondedPatch,
     contacts: &Contacts,

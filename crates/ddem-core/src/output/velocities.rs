@@ -1,4 +1,4 @@
-//! Velocities and poses at the present time, between the two half steps around it.
+//! Velocities and poses at the present time, interpolated between the half steps around it.
 
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use ddem_mechanics::rigid::Pose;
 use ddem_mesh::parallel::node_start;
 
 impl Snapshot<'_> {
-    /// Velocities of a range of nodes `[m/s]`; zero in a relaxation.
+    /// Writes the velocities of a range of nodes `[m/s]`; zero in a relaxation.
     pub(crate) fn fill_velocities(&self, range: Range<usize>, out: &mut [f64]) {
         let model = self.model;
         let blocks = model.blocks_of(range.clone());
@@ -53,7 +53,7 @@ impl Snapshot<'_> {
         velocities
     }
 
-    /// Between `v⁻` and `v⁺`.
+    /// Velocity between `v⁻` and `v⁺` `[m/s]`.
     fn velocity(&self, pack: usize, at: usize, lane: usize) -> f64 {
         let motion = self.context.motion;
         let place = 3 * self.model.packs.packs[pack].start + at;
@@ -71,13 +71,13 @@ impl Snapshot<'_> {
         0.5 * ((2.0 - r) * v + r * (a * v) + r * (b * force))
     }
 
-    /// Poses of the rigid blocks with their velocities.
+    /// Poses of the rigid blocks with their present velocities.
     pub(crate) fn poses(&self) -> Vec<Poses> {
         let packs = &self.model.packs.packs;
         (0..packs.len()).filter(|&pack| packs[pack].rigid).map(|pack| self.pose(pack)).collect()
     }
 
-    /// Poses of the blocks of one pack.
+    /// Poses of the blocks of one rigid pack.
     fn pose(&self, pack: usize) -> Poses {
         let packs = &self.model.packs;
         let poses = self.state.poses[packs.packs[pack].rigid_start];

@@ -1,4 +1,4 @@
-//! Stages come into force; and what boundaries and charges do from outside.
+//! Start of a stage, and the actions of boundaries and charges.
 
 use std::collections::BTreeSet;
 
@@ -14,22 +14,23 @@ use crate::state::{StageEntry, State};
 use ddem_mesh::Vec3;
 use ddem_mesh::slot::NodeSlot;
 
-/// Part of its volume at the start with which a cavity is narrower than it was.
+/// Fraction of its initial volume below which a cavity counts as narrowed.
 const NARROW: f64 = 0.999;
 
 impl Simulation {
-    /// Begins stage `stage` of the deck, the present one or a later one: its supports and loads come into
-    /// force, and what is taken out by then is. Joints and materials become those of the stage, and a release
-    /// that has begun goes on until a relax stage. What supports bore that end where a boundary is goes on as
-    /// constant forces.
+    /// Enters stage `stage` of the deck, the present one or a later one. Its supports and loads
+    /// come into force, and blocks that it or a skipped stage removes are removed. Joints and
+    /// materials become those of the stage. A release that has begun continues until a relax stage.
+    /// If a support ends at a boundary, its reaction continues as a constant force.
     ///
     /// # Errors
     ///
-    /// [`RunError::EarlierStage`]: [`save`](Self::save) and [`restore`](Self::restore) go back.
+    /// [`RunError::EarlierStage`]; use [`save`](Self::save) and [`restore`](Self::restore) to go
+    /// back.
     ///
     /// # Panics
     ///
-    /// If the model has no such stage; one without stages has stage 0.
+    /// If the model has no such stage; a model without stages has stage 0.
     pub fn enter(&mut self, stage: usize) -> Result<(), RunError> {
         let n = self.model.n_stages();
         assert!(stage < n, "there is no stage {stage}: the model has {n}, from 0");
@@ -39,7 +40,7 @@ impl Simulation {
         }
         self.synchronise();
         let active = self.model.active(stage, &self.state.applied);
-        // What they bore, they bore with the blocks that are taken out now.
+        // The reactions are those with the blocks that are removed now.
         if !self.model.boundaries.list.is_empty() {
             self.measure_once();
             let borne =
@@ -51,7 +52,7 @@ impl Simulation {
         let state = &mut *self.state;
         state.fresh.get_or_insert(StageEntry { left, first: left + 1 });
         state.stage = stage;
-        // Stages that were skipped begin together with this one.
+        // Skipped stages begin together with this one.
         state.stage_starts.resize(stage, state.time);
         state.stage_starts.push(state.time);
         let held = std::mem::take(&mut self.view.conditions.held_blocks);
@@ -65,8 +66,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// The critical step with the gas of charges, as stiff as it is at the start or more, beside the springs that
-    /// a critical step is given for `[s]`.
+    /// Critical step with the gas of the charges `[s]`. `step` is the critical step without gas.
+    /// The gas counts as stiff as at the start, or stiffer.
     pub(super) fn critical_step_with_gas(&self, step: f64) -> f64 {
         let gases = self.charged().filter_map(|(charge, shells)| {
             Some((&charge.nodes, charge.stiffness(&self.moved(charge), shells)?))
@@ -74,14 +75,14 @@ impl Simulation {
         let gases: Vec<_> = gases.collect();
         let own = |(nodes, (stiffness, areas)): &(&Vec<u32>, (f64, Vec<Vec3>))| {
             let mass = |node: &u32| self.model.mass(*node as usize);
-            // Walls that have been taken out have none; the charge is over then.
+            // Removed walls have no mass, and their charge has ended.
             let each = nodes.iter().zip(areas).filter(|(node, _)| mass(node) > 0.0);
             let each = each.map(|(node, a)| a.norm_squared() / mass(node));
             stiffness * each.sum::<f64>()
         };
         let alone: Vec<f64> = gases.iter().map(own).collect();
         let meet = meeting(gases.iter().map(|(nodes, _)| &nodes[..]));
-        // Gershgorin: what each has in common with the others is at most the mean of both.
+        // Gershgorin's bound: the coupling of two gases is at most the geometric mean of both.
         let row = |i: usize| meet[i].iter().map(|&j| (alone[i] * alone[j]).sqrt()).sum::<f64>();
         match (0..gases.len()).map(row).fold(0.0, f64::max) {
             0.0 => step,
@@ -89,7 +90,7 @@ impl Simulation {
         }
     }
 
-    /// A charge at the present time, by its number; `None` where there is none.
+    /// State of a charge at the present time, by its number; `None` if there is none.
     #[must_use]
     pub fn charge(&self, index: usize) -> Option<ChargeState> {
         let conditions = &self.model.conditions;
@@ -106,7 +107,8 @@ impl Simulation {
         })
     }
 
-    /// Gas that goes off now where there is less room than at the start is stiffer, and its step shorter.
+    /// Resets the critical steps if a charge detonates now in a volume smaller than at the start.
+    /// Its gas is then stiffer and needs a shorter step.
     pub(super) fn check_new_gas(&mut self) -> Result<(), RunError> {
         if self.state.shells.iter().all(|shell| shell.began.is_some()) {
             return Ok(());
@@ -134,7 +136,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Charges with what is in their shells.
+    /// Charges with the gas states of their shells.
     pub(super) fn charged(&self) -> impl Iterator<Item = (&GasCharge, &[ShellState])> {
         let mut shells = self.state.shells.as_slice();
         self.model.conditions.charged.iter().map(move |charged| {
@@ -144,14 +146,14 @@ impl Simulation {
         })
     }
 
-    /// Displacements of the nodes that a charge pushes.
+    /// Displacements of the nodes of a charge `[m]`.
     pub(super) fn moved(&self, charge: &GasCharge) -> Vec<Vec3> {
         let u = |node: &u32| Vec3::from(self.model.get(&self.state.u, *node as usize));
         charge.nodes.iter().map(u).collect()
     }
 
-    /// Gas of the charges in force pushes its walls where they are now. Returns what is in the shells by
-    /// now.
+    /// Updates the forces of the charges in force to the present positions of their walls. Returns
+    /// the present gas states of all shells.
     pub(super) fn update_gas(&mut self) -> Vec<ShellState> {
         let loads = self.model.conditions.loaded.len();
         let acts = |load: usize| self.view.factors.get(load).is_some_and(|factor| *factor != 0.0);
@@ -178,7 +180,7 @@ impl Simulation {
         shells
     }
 
-    /// Columns that come into force are at rest.
+    /// Sets the free-field columns that come into force to rest.
     fn begin_columns(&mut self, stage: usize) {
         let boundaries = &self.model.boundaries;
         for (index, boundary) in boundaries.list.iter().enumerate() {
@@ -203,7 +205,7 @@ impl Simulation {
         let factors = boundaries.factors(*stage, *time, stage_starts)?;
         let motion = &self.motion;
         let rates = |column: &Column, level: usize, excavated: bool| {
-            // Beside what has been taken out the ground has the damping that it had.
+            // Beside removed blocks the ground keeps its former damping.
             if excavated {
                 return column.squares[level].map(|square| motion.rate(square));
             }
@@ -234,7 +236,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Columns go the step that was looked at.
+    /// Moves the columns by the step that was computed last.
     pub(super) fn move_columns(&mut self) {
         for ([u, v], ahead) in self.state.columns.iter_mut().zip(&self.view.columns.ahead) {
             *u += ahead * self.motion.time_step;
@@ -242,7 +244,7 @@ impl Simulation {
         }
     }
 
-    /// Velocities of the columns come to the present time.
+    /// Brings the velocities of the columns to the present time.
     pub(super) fn settle_columns(&mut self) {
         for ([_, v], mean) in self.state.columns.iter_mut().zip(&self.view.columns.mean) {
             *v = *mean;
@@ -250,7 +252,7 @@ impl Simulation {
     }
 }
 
-/// For each of some lists of nodes those that have a node in common with it, itself included, in order.
+/// Indices of the lists that share a node with each list of nodes, itself included, in order.
 fn meeting<'a>(lists: impl Iterator<Item = &'a [u32]>) -> Vec<BTreeSet<usize>> {
     let (mut places, mut meet) = (Vec::new(), Vec::new());
     for (list, nodes) in lists.enumerate() {

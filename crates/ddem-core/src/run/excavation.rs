@@ -1,4 +1,4 @@
-//! §13: blocks are taken out at the start of a stage.
+//! Removal of blocks at the start of a stage (§13).
 
 use std::sync::Arc;
 
@@ -10,13 +10,14 @@ use ddem_mechanics::rigid::{MassProperties, Pose};
 use ddem_mesh::Geometry;
 
 impl Simulation {
-    /// Takes out what goes on the way from one stage to another, one excavation after the other, so that
-    /// each lets its own forces fade. Joints and materials become those of the stage.
+    /// Removes blocks on the way from one stage to another, one excavation after the other, so that
+    /// each releases its own forces. Joints and materials become those of the stage.
     pub(super) fn excavate(&mut self, from: usize, stage: usize) {
         let mut last = from;
         let mut steps = Vec::new();
         for (first, geometry) in self.model.steps(from, stage) {
-            // Where joints change in the same stage, that is after the blocks have gone.
+            // If joints change in the same stage, that step follows the removal and releases no
+            // forces.
             let fading = if first > last { self.model.fading(last, first) } else { Vec::new() };
             steps.push((geometry, fading));
             last = first;
@@ -32,11 +33,11 @@ impl Simulation {
         }
     }
 
-    /// Takes out the blocks that are gone now, and gives the others their joints and materials. What was exerted
-    /// on the rest before, where that is not held now, goes on where it is to fade; the energy that goes or
-    /// comes is booked as work.
+    /// Removes the blocks that `now` no longer has, and gives the others its joints and materials.
+    /// The forces that the removed blocks exerted on the rest continue where they are to fade,
+    /// unless the stage supports them. The energy that is added or removed is booked as work.
     fn remove_blocks(&mut self, now: Arc<Geometry>, fading: &[usize]) {
-        // Nothing fails between the two measurements: the next step looks at the new state.
+        // No pair fails between the two measurements; the next step checks the new state.
         let held = std::mem::replace(&mut self.holds, true);
         let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
         let before = self.energy().balance;
@@ -46,7 +47,7 @@ impl Simulation {
         self.forget_removed();
         self.update_joints(&geometry);
         self.scratch.fit(&self.model, &self.state);
-        // The next step looks whether it is too long now.
+        // The next step checks its length again.
         self.critical_steps = [None; 2];
         let assembly = &self.model.assembly;
         *self.motion = if self.motion.fictitious {
@@ -65,7 +66,8 @@ impl Simulation {
         self.holds = held;
     }
 
-    /// Rigid blocks with another inertia go on turning as they did: `before` is what resisted.
+    /// Keeps the angular velocity of rigid blocks whose inertia has changed; `before` are the
+    /// former mass properties.
     fn keep_angular_momentum(&mut self, before: &[[MassProperties; LANES]]) {
         let mass_properties =
             before.iter().zip(&self.model.assembly.rigid).flat_map(|(a, b)| a.iter().zip(b));
@@ -77,8 +79,8 @@ impl Simulation {
         }
     }
 
-    /// Joints that have others' strengths now: what has not failed yet is looked at again, and contacts
-    /// have another friction. `before` is what was where.
+    /// Updates joints and contacts after a change of joints or materials. Bonded pairs are checked
+    /// for failure again, and contacts get their new friction. `before` is the former geometry.
     fn update_joints(&mut self, before: &Geometry) {
         let Self { model, state, .. } = self;
         state.broken_joints.recheck();
@@ -92,7 +94,7 @@ impl Simulation {
         self.look = peaks::look(model);
     }
 
-    /// The forces that are missing go on as loads.
+    /// Applies the forces that are missing `after` the removal as loads that fade.
     fn release(&mut self, fading: &[usize], before: &[[f64; 3]], after: &[[f64; 3]]) {
         let mut missing = AppliedForces::new();
         for (node, (before, after)) in before.iter().zip(after).enumerate() {
@@ -101,7 +103,7 @@ impl Simulation {
                 missing.insert(node as u32, force);
             }
         }
-        // Entries of one stage fade each with its own part of the blocks beside a node.
+        // The removals of one stage take equal parts of the forces, and each part fades by itself.
         let part = 1.0 / fading.len() as f64;
         missing.values_mut().flatten().for_each(|x| *x *= part);
         let released = FadingForces { began: self.state.time, forces: missing };
@@ -115,7 +117,7 @@ impl Simulation {
         }
     }
 
-    /// Nothing is left of removed blocks in the state.
+    /// Clears all data of removed blocks in the state.
     fn forget_removed(&mut self) {
         let model = &self.model;
         let packs = &model.packs;

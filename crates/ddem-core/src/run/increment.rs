@@ -1,4 +1,5 @@
-//! §7: increments of a relaxation: besides loads, assigned strengths and supports with a displacement go by parts.
+//! Increments of a relaxation (§7): loads, assigned strengths and supports with a displacement
+//! change in parts.
 
 use std::sync::Arc;
 
@@ -10,11 +11,11 @@ use ddem_joint::contact::ContactSurfaces;
 use ddem_mechanics::law::ReducedLaw;
 use ddem_mechanics::math::lanes::Lanes;
 
-/// Increments of relaxations that drive supports.
+/// Default number of increments of a relaxation that drives supports.
 const DRIVEN: u32 = 10;
 
 impl Simulation {
-    /// Begins an increment: strengths and supports go their part of the way.
+    /// Begins an increment: changes strengths and moves supports by their part.
     pub(super) fn begin_increment(&mut self, progress: &RelaxationProgress) {
         if progress.increments > 1 {
             self.ramp_strengths(progress.left, progress.part(), true);
@@ -22,8 +23,8 @@ impl Simulation {
         self.shift_supports(progress);
     }
 
-    /// Strengths go by a part of the way from those of the stage that was left to those of the present one.
-    /// Contacts are made `anew` where they have another friction now.
+    /// Sets the strengths to a part of the way from those of the stage `left` to those of the
+    /// present stage. With `anew`, contacts whose friction has changed are remade.
     pub(super) fn ramp_strengths(&mut self, left: usize, part: f64, anew: bool) {
         let Self { model, state, .. } = self;
         let before = model.back(left, state.stage);
@@ -43,8 +44,8 @@ impl Simulation {
         state.broken_joints.recheck();
     }
 
-    /// Divides the strengths of joints, by their numbers, by a factor, and with `contacts` the friction of faces
-    /// that no joint gives.
+    /// Divides the strengths of joints, given by their numbers, by a factor. With `contacts` it
+    /// also divides the friction of faces that does not come from a joint.
     pub(super) fn reduce_strengths(&mut self, joints: &[usize], contacts: bool, factor: f64) {
         let Self { model, state, .. } = self;
         for &joint in joints {
@@ -63,8 +64,8 @@ impl Simulation {
         state.broken_joints.recheck();
     }
 
-    /// Increments of the relaxation that comes, where nobody says how many: several where supports are driven, as
-    /// joints that fail under all of a way at once have another history.
+    /// Default number of increments of the next relaxation: several if it drives supports, because
+    /// joints that fail under the whole displacement at once have another history.
     #[must_use]
     pub fn default_increments(&self) -> u32 {
         let driven = self.state.fresh.map(|fresh| fresh.first..=self.state.stage);
@@ -78,7 +79,7 @@ impl Simulation {
         }
     }
 
-    /// Ways of the fixes in one increment `[m]`.
+    /// Displacements of the supports in one increment `[m]`.
     pub(super) fn support_increments(&self, progress: &RelaxationProgress) -> Vec<[f64; 3]> {
         let part = 1.0 / progress.increments as f64;
         let driven = progress.driven.map(|first| first..=self.state.stage);
@@ -86,8 +87,8 @@ impl Simulation {
             .map_or_else(Vec::new, |stages| self.model.conditions.support_increments(stages, part))
     }
 
-    /// Supports go their part of the way to their displacement, at once; what they do is the mean of the
-    /// reactions before and after.
+    /// Moves supports by their displacement in one increment, at once. Their work uses the mean of
+    /// the reactions before and after.
     fn shift_supports(&mut self, progress: &RelaxationProgress) {
         let support_increments = self.support_increments(progress);
         if support_increments.iter().flatten().all(|increment| *increment == 0.0) {
@@ -100,7 +101,9 @@ impl Simulation {
         scratch.fit(context.model, state);
         self.state.contacts.known = false;
         let support_increments = std::mem::replace(&mut self.view.velocities, velocities);
-        // Velocities are the ways now: the power of loads is their work, but reactions would stop them.
+        // The velocities are the displacement increments here, so that the power of the loads is
+        // their work. The reactions would stop these velocities and are measured afterwards, at
+        // rest.
         let loads = self.measure_once().sums.loads[0];
         self.state.v.fill(Lanes::ZERO);
         let after = self.work_along(&support_increments);
@@ -110,7 +113,7 @@ impl Simulation {
         work.most = work.most.max((work.loads + work.supports).abs());
     }
 
-    /// Work of the present reactions along the ways of the supports `[J]`.
+    /// Work of the present reactions over the displacements of the supports `[J]`.
     fn work_along(&mut self, support_increments: &[[f64; 3]]) -> f64 {
         self.measure_once();
         let supports = self.view.conditions.supports.iter().zip(&self.scratch.reactions);

@@ -1,4 +1,4 @@
-//! Forces and energies at the present time; nothing moves.
+//! Forces and energies at the present time. Nothing moves.
 
 use super::Simulation;
 use crate::output::energy::Energy;
@@ -7,26 +7,28 @@ use crate::step::{TrialStep, balance};
 use ddem_joint::losses::Losses;
 use ddem_mechanics::math::sums::StepSums;
 
-/// Forces and energies at the present time, until something changes.
+/// Results of a measurement at the present time, valid until something changes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Measured {
-    /// Changes of model, state, scratch space and motion by then; and whether nothing failed.
+    /// Revisions of model, state, scratch data and motion at the measurement, and true if failure
+    /// was suspended; `None` before the first measurement.
     revisions: Option<([u64; 4], bool)>,
     pub(super) sums: StepSums,
-    /// Strain energy of bodies and joints `[J]`.
+    /// Strain energy of blocks and joints `[J]`.
     strain: [f64; 2],
-    /// Losses of the joints at the next step.
+    /// Losses of joints and contacts that the next step will book.
     losing: Losses,
-    /// Energy that points have given and not taken `[J]`.
+    /// Energy that points have given in excess of what they took `[J]`, at most 0.
     debt: f64,
 }
 
 impl Simulation {
-    /// Forces, reactions, energies and sums at the present time; nothing moves.
+    /// Measures forces, reactions, energies and sums at the present time. Nothing moves.
     fn measure(&mut self) {
         self.match_motion();
         if !self.motion.fictitious {
-            // Where a program cannot compute a factor, the one before stays; the next step says why.
+            // If a program cannot compute a factor, the former one stays. The next step reports
+            // why.
             let _ = self.update_factors().and_then(|()| self.update_boundary_forces());
         }
         self.update_gas();
@@ -48,7 +50,7 @@ impl Simulation {
         self.measured = Measured { revisions: Some(self.revisions()), sums, strain, losing, debt };
     }
 
-    /// Measures unless nothing has changed since that was done.
+    /// Measures if anything has changed since the last measurement; returns the results.
     pub(super) fn measure_once(&mut self) -> Measured {
         if !self.is_measured() {
             self.measure();
@@ -66,7 +68,8 @@ impl Simulation {
         (revisions, *holds)
     }
 
-    /// Brings velocities from the last half step to the present time: `v = (v⁻ + v⁺)/2`.
+    /// Brings velocities from the last half step to the present time:
+    /// `v = v⁻ + ½ (Δt⁻/h) (v⁺ − v⁻)`, which is `(v⁻ + v⁺)/2` if the step does not change.
     pub fn synchronise(&mut self) {
         if self.state.before == 0.0 {
             return;
@@ -86,17 +89,17 @@ impl Simulation {
             self.state.v = v;
             self.settle_columns();
             self.state.poses = poses;
-            // What failed and slipped now has done so.
+            // The failures and the slip of the measurement become part of the state.
             std::mem::swap(&mut self.state.broken_joints, &mut self.scratch.trial);
             std::mem::swap(&mut self.state.contacts, &mut self.scratch.trial_contacts);
             self.add_losses(losing);
             self.state.before = 0.0;
-            // Kinetic energy is measured in another way now.
+            // Velocities at the present time have another measure of kinetic energy.
             self.account_from(before);
         }
     }
 
-    /// Brings everything to rest; damping takes the kinetic energy.
+    /// Brings everything to rest. The kinetic energy is booked as damping.
     pub(super) fn stop(&mut self) {
         let before = self.energy().kinetic;
         self.state.rest();
@@ -108,7 +111,7 @@ impl Simulation {
     pub fn energy(&mut self) -> Energy {
         let Measured { sums, strain, losing, debt, .. } = self.measure_once();
         let Work { loads, supports, damping, friction, fracture, contact, most } = self.state.work;
-        // What the velocity before has done up to now and the next step will book.
+        // This is the work of the last velocities up to now, which the next step will book.
         let half = 0.5 * self.state.before;
         let (damped, done) = if self.motion.fictitious && half > 0.0 {
             (0.5 * sums.power, sums.loads[0])
@@ -122,11 +125,11 @@ impl Simulation {
         Energy::new(sums.kinetic, strain, lost, external, [self.initial_energy, most])
     }
 
-    /// Pairs that have failed, in shear and in tension.
+    /// Numbers of failed pairs, in shear and in tension.
     #[must_use]
     pub fn failed_pairs(&self) -> [u64; 2] {
         let [shear, tension] = self.state.failed;
-        // Those that fail at the present time count once it has been looked at.
+        // Pairs that fail at the present time count once they have been measured.
         let more = if self.is_measured() { self.measured.losing.failed } else { [0; 2] };
         [shear + more[0], tension + more[1]]
     }
@@ -137,12 +140,12 @@ impl Simulation {
         energy.kinetic + energy.strain_bodies + energy.strain_joints + lost
     }
 
-    /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`; those of blocks that have been taken
-    /// out stay where they were. Energies balance from here on, and contacts begin anew.
+    /// Sets the displacements of all nodes `[m]`, shape `(n_nodes, 3)`; removed blocks keep theirs.
+    /// The energy balance includes the change, and contacts are reset.
     ///
     /// # Panics
     ///
-    /// If there is not one for each node.
+    /// If there is not one displacement for each node.
     pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
         self.model.one_for_each_node("displacements", displacements.len());
         let before = self.energy().balance;
@@ -155,12 +158,12 @@ impl Simulation {
         self.account_from(before);
     }
 
-    /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; those of blocks
-    /// that have been taken out stay at rest. Energies balance from here on.
+    /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; removed
+    /// blocks stay at rest. The energy balance includes the change.
     ///
     /// # Panics
     ///
-    /// If there is not one for each node.
+    /// If there is not one velocity for each node.
     pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
         self.model.one_for_each_node("velocities", velocities.len());
         self.synchronise();
@@ -174,8 +177,8 @@ impl Simulation {
         self.account_from(before);
     }
 
-    /// Adjusts the energy balance so that a state set by a program causes no imbalance; the balance restarts
-    /// after a state that was not finite.
+    /// Adjusts the energy balance so that a state set by a program causes no imbalance. The balance
+    /// restarts after a state that was not finite.
     fn account_from(&mut self, before: f64) {
         let more = self.energy().balance - before;
         if more.is_finite() {

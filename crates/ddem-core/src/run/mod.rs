@@ -1,4 +1,4 @@
-//! A model in motion: the state, and what is done to it.
+//! Simulation: a model and its state, and the operations on them.
 
 mod conditions;
 mod excavation;
@@ -39,11 +39,11 @@ use ddem_mechanics::math::tracked::Tracked;
 
 use measure::Measured;
 
-/// A model, its state, and scratch space.
+/// Model with its state and scratch data.
 ///
-/// [`step`](Self::step) and [`relax`](Self::relax) are the two ways to move it. A deck's stages
-/// decide which supports and loads act: [`enter`](Self::enter) one before moving; without it the
-/// first one is on.
+/// [`step`](Self::step) and [`relax`](Self::relax) are the two ways to move it. The stages of a
+/// deck decide which supports and loads act: [`enter`](Self::enter) a stage before moving. Without
+/// it the first stage is in force.
 #[derive(Debug)]
 pub struct Simulation {
     pub(crate) model: Tracked<Model>,
@@ -52,36 +52,38 @@ pub struct Simulation {
     pub(crate) view: StageView,
     pub(crate) motion: Tracked<Motion>,
     pub(crate) relaxation: Option<Relaxation>,
-    /// Of the model as it starts, and with all joints that can fail turned to springs.
+    /// Critical steps of the model as it starts, and with springs in place of all joints that can
+    /// fail `[s]`.
     pub(crate) critical_steps: [Option<f64>; 2],
     pub(crate) last: StepSums,
     /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
     pub(crate) initial_energy: f64,
-    /// [`start`](Self::start) has set the time step.
+    /// True if [`start`](Self::start) has set the time step.
     pub(crate) started: bool,
     measured: Measured,
-    /// Motion of neighbours that counts as failure in a relaxation where it goes on, as a part of an edge.
+    /// Relative motion of neighbours at which a continuing motion counts as failure in a
+    /// relaxation, as a fraction of an edge.
     pub(crate) far: f64,
     /// True in the failing trial of a factor of safety.
     pub(crate) failing: bool,
     /// Damping of the motion.
     pub(crate) damping: Damping,
-    /// Nothing fails for the moment.
+    /// True while failure is suspended.
     holds: bool,
-    /// Time between two looks at the stresses for peaks `[s]`; none without peaks.
+    /// Time between two samples of the stresses for peaks `[s]`; `None` without peaks.
     look: Option<f64>,
     /// Flag that stops long computations.
     pub(crate) stop: Arc<AtomicBool>,
 }
 
 impl Simulation {
-    /// At the start of the run, with the best instruction set of this machine.
+    /// Simulation at the start of the run, with the best available instruction set.
     #[must_use]
     pub fn new(model: Model) -> Self {
         Self::with_simd(model, Simd::default())
     }
 
-    /// With a given instruction set; the results have the same bits with every one.
+    /// Simulation with a given instruction set; the results have the same bits with every one.
     #[must_use]
     pub fn with_simd(model: Model, simd: Simd) -> Self {
         let state = State::new(&model);
@@ -90,11 +92,11 @@ impl Simulation {
         simulation
     }
 
-    /// In a given state, without anything that sets it in motion.
+    /// Simulation in a given state, without a time step or a relaxation.
     pub(crate) fn with_state(model: Model, state: State, simd: Simd) -> Self {
         let scratch = Scratch::new(&model, &state, simd.level());
         let view = StageView::new(&model, &state);
-        // Until a step is set, energies are those of a vanishing one.
+        // Until a step is set, energies are those of a vanishing step.
         let motion = Motion::dynamic(&model.assembly, Damping::None, 0.0, 1e-12);
         Self {
             look: peaks::look(&model),
@@ -123,7 +125,8 @@ impl Simulation {
         &self.model
     }
 
-    /// Rigid motion that the supports in force leave free to blocks that joints and contacts hold together.
+    /// Rigid motion that the supports in force do not prevent, of a group of blocks that joints and
+    /// contacts hold together.
     #[must_use]
     pub fn free_motion(&self) -> Option<FreeMotion> {
         free_motion(
@@ -151,15 +154,15 @@ impl Simulation {
         if self.started { self.motion.time_step } else { 0.0 }
     }
 
-    /// Unbalanced force ratio at the last step (§7).
+    /// Unbalanced force ratio of the last step (§7).
     #[must_use]
     pub fn unbalanced(&self) -> f64 {
         self.last.ratio()
     }
 
-    /// Lets another thread stop what takes long before the first step, the search for the critical
-    /// step and for the masses of a relaxation: it ends with [`RunError::Stopped`] when this is
-    /// true.
+    /// Sets a flag with which another thread stops long computations before the first step: the
+    /// search for the critical step and for the masses of a relaxation. They end with
+    /// [`RunError::Stopped`] when the flag is true.
     pub fn stop_when(&mut self, stop: Arc<AtomicBool>) {
         self.stop = stop;
     }
@@ -171,22 +174,23 @@ impl Simulation {
         self.model.conditions.idle(*stage, *time, stage_starts, self.model.n_loads())
     }
 
-    /// The stage of the deck whose supports and loads are in force.
+    /// Stage of the deck whose supports and loads are in force.
     #[must_use]
     pub fn stage(&self) -> usize {
         self.state.stage
     }
 
-    /// One explicit step of time, eq. (2). [`start`](Self::start) sets its length and damping; after
-    /// a relaxation, or without it, the first step starts with `"auto"` and the damping there was
-    /// last, or none.
+    /// Takes one explicit time step, eq. (2). [`start`](Self::start) sets its length and damping.
+    /// After a relaxation, or without `start`, the first step uses `"auto"` and the last damping,
+    /// or none.
     ///
     /// # Errors
     ///
-    /// [`RunError::Diverged`]: a number is not finite. [`RunError::TooFast`] and [`RunError::TooDeep`]: a block
-    /// went so far, or is so deep in another, that contacts could be missed. [`RunError::History`]: one that a
-    /// program computes has no value, and nothing has moved. The first step has those of
-    /// [`start`](Self::start), too; so has one after an excavation.
+    /// [`RunError::Diverged`] if a number is not finite. [`RunError::TooFast`] and
+    /// [`RunError::TooDeep`] if a block moved so far, or penetrates another so deeply, that
+    /// contacts could be missed. [`RunError::History`] if a history that a program computes has no
+    /// value; nothing has moved then. The first step, and one after an excavation, also have those
+    /// of [`start`](Self::start).
     pub fn step(&mut self) -> Result<(), RunError> {
         if !self.started {
             self.start(self.damping, TimeStep::Auto, None)?;
@@ -225,7 +229,7 @@ impl Simulation {
         Ok(step(context, state, scratch))
     }
 
-    /// Several steps; stops early when `observe` breaks.
+    /// Takes several steps; stops early when `observe` breaks.
     ///
     /// # Errors
     ///
@@ -244,14 +248,14 @@ impl Simulation {
         Ok(())
     }
 
-    /// The numbers of (M2) become those of the step that the velocities are of.
+    /// Updates the coefficients of (M2) to the step of the present velocities.
     pub(crate) fn match_motion(&mut self) {
         if !self.motion.fictitious && self.motion.before != self.state.before {
             *self.motion = self.motion.after(&self.model.assembly, self.state.before);
         }
     }
 
-    /// Work of the step that was taken, from its powers.
+    /// Adds the work of the last step, from its powers.
     fn add_work(&mut self, sums: StepSums) {
         let Motion { before, time_step, .. } = *self.motion;
         let starts = before == 0.0;
@@ -267,8 +271,9 @@ impl Simulation {
         work.damping += done(sums.damping);
         work.most = work.most.max((work.loads + work.supports).abs());
         if starts {
-            // By the scheme's measure it does so with the velocity after it: all of the difference, but
-            // for that of forces which are there at the start, is what kinetic energy was ahead.
+            // In the scheme's measure this half step works with the velocity after it. The
+            // difference, without that of the forces present at the start, is the excess of kinetic
+            // energy.
             let more = |power: [f64; 2]| 0.25 * time_step * (power[1] - power[0]);
             let less = more(sums.loads) + more(sums.supports) - more(sums.damping);
             self.initial_energy += less - sums.change;
@@ -276,7 +281,7 @@ impl Simulation {
         self.last = sums;
     }
 
-    /// Adds joint losses of an accepted pass.
+    /// Adds the losses of joints and contacts in an accepted pass.
     pub(crate) fn add_losses(&mut self, losses: Losses) {
         let State { work, failed, .. } = &mut *self.state;
         work.friction += losses.friction;
@@ -288,13 +293,13 @@ impl Simulation {
         }
     }
 
-    /// Applies forces to nodes `[N]`, from now on and whatever the stage, besides the deck's loads:
-    /// for coupling with another program, at every step if need be. The force on a node replaces
-    /// what an earlier call applied to it; those of one call on the same node add up.
+    /// Applies forces to nodes `[N]` from now on, in all stages and besides the deck's loads. Use
+    /// it to couple another program, at every step if necessary. The force on a node replaces that
+    /// of an earlier call; the forces of one call on the same node add up.
     ///
     /// # Panics
     ///
-    /// If the model has no such node, or there is not one force for each of them.
+    /// If the model has no such node, or the numbers of nodes and forces differ.
     pub fn apply_force(&mut self, nodes: &[u32], forces: &[[f64; 3]]) {
         let (n, found) = (nodes.len(), forces.len());
         assert!(n == found, "there are {found} forces for {n} nodes");
@@ -328,7 +333,7 @@ impl Simulation {
         self.check(sums, &self.scratch.trial_contacts)
     }
 
-    /// Factors of the loads and velocities of the supports for the next step.
+    /// Updates the factors of the loads and the velocities of the supports for the next step.
     fn update_factors(&mut self) -> Result<(), RunError> {
         let State { stage, time, stage_starts, .. } = &*self.state;
         let half = time + 0.5 * self.motion.time_step;
@@ -340,7 +345,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// Context of a step from the present state, with what a step changes.
+    /// Context of a step from the present state, and the data that a step changes.
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {
         let Self { model, state, scratch, view, motion, holds, .. } = self;
         view.sliding.clear();

@@ -4,12 +4,14 @@ use super::Simulation;
 use crate::model::Model;
 use ddem_mechanics::element::Elastic;
 
-/// Part of the time in which a compression wave crosses the smallest element, between two looks at
-/// the stresses: of a wave as long as ten elements they miss 0.3 % of the peak.
+/// Time between two samples of the stresses, as a fraction of the time in which a compression wave
+/// crosses the smallest element. For a wave as long as ten elements the samples miss 0.3 % of the
+/// peak.
 const LOOK: f64 = 0.25;
 
 impl Simulation {
-    /// After a step in time: every velocity; stresses as often as waves need.
+    /// Updates the peaks after a time step: velocities at every step, stresses as often as waves
+    /// require.
     pub(super) fn note_peaks(&mut self) {
         let Some(look) = self.look else { return };
         let state = &mut *self.state;
@@ -20,7 +22,7 @@ impl Simulation {
         }
     }
 
-    /// Takes the present stresses for the peaks, where these are asked for.
+    /// Updates the stress peaks with the present stresses, if the deck has `peaks`.
     pub(super) fn note_stresses(&mut self) {
         let mut peaks = std::mem::take(&mut self.state.peaks);
         let snapshot = self.as_measured();
@@ -37,7 +39,7 @@ impl Simulation {
     }
 }
 
-/// Time between two looks at the stresses `[s]`; `None` where peaks are not asked for.
+/// Time between two samples of the stresses `[s]`; `None` without peaks.
 pub(super) fn look(model: &Model) -> Option<f64> {
     let speeds: Vec<f64> = model.properties.materials.iter().map(Elastic::p_speed).collect();
     let crossing = |block: usize| {

@@ -1,11 +1,11 @@
-//! §7: dynamic relaxation to static equilibrium.
+//! Dynamic relaxation to static equilibrium (§7).
 //!
-//! The step of (2) with fictitious masses and Δt = 1,
+//! This is the step of (2) with fictitious masses and Δt = 1,
 //! `v⁺ = [(1 − c/2) v + M⁻¹F] / (1 + c/2)`, `u⁺ = u + v⁺`. M is the stiffness of each cluster of
-//! facing nodes ([`preconditioner`](crate::step::cluster)), scaled so that Δt = 1 is stable for every mode.
-//! The damping fades as the motion goes on, `c = 3/(k + 3/2)` with k the steps since the last
-//! restart, and the motion restarts from rest when it turns against the forces (`F·v < 0`):
-//! near-critical for the lowest mode that is still active, without an estimate of its frequency.
+//! facing nodes ([`preconditioner`](crate::step::preconditioner)), scaled so that Δt = 1 is stable
+//! for every mode. The damping fades, `c = 3/(k + 3/2)` with k the steps since the last restart.
+//! The motion restarts from rest when it turns against the forces (`F·v < 0`). It is near-critical
+//! for the lowest mode that is still active, without an estimate of its frequency.
 
 use std::collections::HashMap;
 use std::sync::atomic::Ordering;
@@ -24,39 +24,39 @@ use ddem_mechanics::math::sums::StepSums;
 /// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
 const LARGEST: f64 = 3.6;
 
-/// Unbalanced force ratio at which failure is looked for, if the tolerance is not larger.
+/// Unbalanced force ratio at which pairs are checked for failure, if the tolerance is not larger.
 const NEAR: f64 = 1e-4;
-/// Pairs that are loaded this part as much as the most loaded one fail together with it: equal ones, as far as they are
-/// known near equilibrium. Others may be relieved by its failure.
+/// Pairs fail together with the most loaded one if their load is at least this fraction of its
+/// load. They are equal as far as is known near equilibrium. The failure may relieve others.
 const MOST_LOADED: f64 = 0.995;
 
-/// Displacements whose last steps are this part of the whole way have only rounding left.
+/// Fraction of the path length in the last steps at which displacements have only rounding left.
 const AT_REST: f64 = 1e-12;
 
-/// Steps after which it is looked whether blocks have gone, and whether more can be reached.
+/// Steps between two checks for forces that are only rounding.
 const LOOK_AROUND: u64 = 200;
-/// Steps after which it is looked how far blocks have turned.
+/// Steps between two checks of the rotations of blocks.
 const LOOK_AT_TURNS: u64 = 10;
 
 /// Progress of a relaxation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relaxed {
-    /// Still moving.
+    /// Blocks still move.
     Moving,
-    /// This many parts of the loads are in equilibrium.
+    /// Number of increments of the loads that are in equilibrium.
     Increment(u64),
     /// All loads are in equilibrium.
     Done,
 }
 
 impl Simulation {
-    /// Begins a relaxation: loads will go from their present value to that of the stage in
-    /// `increments` equal parts. Time stands still; driven supports rest.
+    /// Begins a relaxation: loads go from their present values to those of the stage in
+    /// `increments` equal parts. Time stands still; supports with a velocity rest.
     ///
     /// # Errors
     ///
-    /// A history that a program computes and that has no value; [told to
-    /// stop](Self::stop_when): everything is at rest.
+    /// A history that a program computes and that has no value; [stopped](Self::stop_when):
+    /// everything is at rest then.
     pub fn start_relaxation(&mut self, increments: u32) -> Result<(), RunError> {
         let state = &self.state;
         let conditions = &self.model.conditions;
@@ -70,7 +70,7 @@ impl Simulation {
         self.stop();
         self.drop_relaxation();
         let state = &self.state;
-        // What is there at the start bears all loads at once, not a part of them.
+        // An initial stress balances all loads at once, not a part of them.
         let all = self.model.in_situ.is_some() && state.steps == 0;
         let progress = RelaxationProgress {
             increments: u64::from(increments.max(1)),
@@ -95,19 +95,20 @@ impl Simulation {
         Ok(())
     }
 
-    /// Slip and damage of failed pairs and contacts are for good, as in an equilibrium: those of before
-    /// `now` are what a relaxation maps from, or nothing is.
+    /// Stores slip and damage of failed pairs and contacts as equilibrium if `now`, otherwise
+    /// clears it. A relaxation maps slip from the stored equilibrium.
     pub(super) fn keep_slip(&mut self, now: bool) {
         self.state.broken_joints.set_equilibrium(now);
         self.state.contacts.set_equilibrium(now);
     }
 
-    /// Goes on with a relaxation that a checkpoint has kept.
+    /// Continues a relaxation from a checkpoint.
     pub(super) fn continue_relaxation(&mut self, progress: RelaxationProgress) {
         if progress.increments > 1 {
             self.ramp_strengths(progress.left, progress.part(), false);
         }
-        // It does not stop, asks for no history and had masses: else the next step begins anew, and says why.
+        // This cannot stop, needs no history, and had masses before. Otherwise the next step starts
+        // a new relaxation and reports the error.
         let _ = self.go_on_relaxing(progress, &|| false);
     }
 
@@ -118,7 +119,7 @@ impl Simulation {
     ) -> Result<(), RunError> {
         self.change_motion(Motion::relaxing(&self.model.assembly));
         self.rest();
-        // Until a part of the loads has made its first step, those before it act.
+        // The former loads act until an increment has made its first step.
         if progress.path_length != 0.0 || !progress.last.is_empty() {
             self.view.factors = progress.present_factors();
         }
@@ -127,8 +128,8 @@ impl Simulation {
         Ok(())
     }
 
-    /// Masses with which Δt = 1 is stable: once pairs have failed, whatever breaks; with contacts as they are, and
-    /// with the gas of charges of these factors.
+    /// Masses with which Δt = 1 is stable, for the present contacts and for the gas of charges at
+    /// the load factors `to`. Once pairs have failed, they cover every further failure.
     fn masses(&mut self, to: &[f64], stop: &dyn Fn() -> bool) -> Result<Preconditioner, RunError> {
         let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
         for (node, axis) in self.view.conditions.held() {
@@ -150,7 +151,8 @@ impl Simulation {
             largest = largest.max(found);
         }
         largest += self.gas(&preconditioner, to);
-        // Contacts are at most as stiff as what they have put into the masses, and add to the rest.
+        // Contacts are at most as stiff as their part of the masses, and add to the other
+        // stiffness.
         preconditioner.scale(LARGEST / (largest + if meeting.any { 1.0 } else { 0.0 }));
         Ok(preconditioner)
     }
@@ -167,7 +169,7 @@ impl Simulation {
         largest_of_gases(&self.model, preconditioner, &gases, &mut self.scratch)
     }
 
-    /// As relaxation leaves a simulation: nothing is in motion, loads are what they were last.
+    /// Sets the motion as after a relaxation: everything at rest, with the last loads.
     pub(super) fn rest(&mut self) {
         *self.motion = Motion::relaxing(&self.model.assembly);
         self.view.velocities = vec![[0.0; 3]; self.model.conditions.fixed.len()];
@@ -175,13 +177,13 @@ impl Simulation {
         self.view.boundary_forces = self.view.boundaries.locked_reactions().collect();
     }
 
-    /// One step of relaxation towards the unbalanced force ratio `tolerance`. When the ratio is
-    /// reached and the displacements have stopped, the step is not taken.
+    /// Takes one step of relaxation towards the unbalanced force ratio `tolerance`. The step is not
+    /// taken if the ratio is reached and the displacements have stopped.
     ///
     /// # Errors
     ///
-    /// As [`relax`](Self::relax), but for [`RunError::NotConverged`]; of the first step those of
-    /// [`start_relaxation`](Self::start_relaxation), too.
+    /// As [`relax`](Self::relax), but for [`RunError::NotConverged`]; the first step also has those
+    /// of [`start_relaxation`](Self::start_relaxation).
     pub fn relax_step(&mut self, tolerance: f64) -> Result<Relaxed, RunError> {
         allow_tolerance(tolerance)?;
         if self.relaxation.is_none() {
@@ -200,7 +202,7 @@ impl Simulation {
     ) -> Result<Relaxed, RunError> {
         let sums = self.unbalanced_sums(progress)?;
         if preconditioner.meeting != ContactMasses::new(&self.model, &self.state.contacts) {
-            // The forces are gone with it: the step is not taken, and the next begins from rest.
+            // This overwrites the forces: the step is not taken, and the next begins from rest.
             *preconditioner = self.masses(&progress.to, &|| false)?;
             self.state.v.fill(Lanes::ZERO);
             progress.rest();
@@ -209,7 +211,7 @@ impl Simulation {
         let had_failed = self.state.failed != [0; 2];
         if self.fails_now(progress, tolerance) {
             if !had_failed {
-                // Half way through what happens here there is no stopping.
+                // This cannot be stopped, because pairs have failed already.
                 *preconditioner = self.masses(&progress.to, &|| false)?;
             }
             progress.rest();
@@ -227,10 +229,10 @@ impl Simulation {
         Ok(Relaxed::Moving)
     }
 
-    /// Forces at the present place under the present part of the loads, and their work booked.
+    /// Computes the forces at the present displacements and load increment, and books their work.
     fn unbalanced_sums(&mut self, progress: &mut RelaxationProgress) -> Result<StepSums, RunError> {
         self.view.factors = progress.present_factors();
-        // Nothing gets out while time stands still.
+        // No gas vents while time stands still.
         let began = self.update_gas().into_iter().map(|fill| fill.began);
         self.state.shells.iter_mut().zip(began).for_each(|(shell, began)| shell.began = began);
         let (context, state, scratch) = self.parts();
@@ -238,7 +240,7 @@ impl Simulation {
         let (mut sums, losses) =
             balance(context, TrialStep { u, v, poses, broken_joints, contacts }, scratch);
         if sums.applied == 0.0 {
-            // Nothing is applied: the forces at the start are the measure.
+            // Without applied forces the ratio refers to the forces at the start.
             progress.first = if progress.first == 0.0 { sums.free } else { progress.first };
             sums.applied = progress.first;
         }
@@ -272,8 +274,8 @@ impl Simulation {
         Relaxed::Increment(done)
     }
 
-    /// One step down the forces with Nesterov's momentum, anew where the last step went uphill: `power` is that of the
-    /// forces in it.
+    /// Moves along the forces by one step with Nesterov's momentum. It restarts from rest if the
+    /// last step went against the forces; `power` is their power in it.
     fn move_relaxing(
         &mut self,
         progress: &mut RelaxationProgress,
@@ -301,7 +303,7 @@ impl Simulation {
         self.state.path_length = progress.path_length;
     }
 
-    /// Looks whether blocks move on against each other without end, or only rattle: then slip is kept.
+    /// Checks if blocks continue to move against each other. Stores slip if they only rattle.
     fn check_motion(&mut self) -> Result<(), RunError> {
         self.state.watch_motion(&self.model, self.last.ratio(), true);
         if self.state.watch.fails(self.far) {
@@ -313,9 +315,9 @@ impl Simulation {
         Ok(())
     }
 
-    /// Failure is looked for near equilibrium only, so that no overshoot on the way breaks
-    /// anything, and what is loaded most fails first: the rest is looked at again when the forces
-    /// have found their new way. Joints that have turned let go when nothing is overloaded.
+    /// Fails the most loaded pairs; returns true if any failed. This is checked near equilibrium
+    /// only, so that no overshoot causes failure. The other pairs are checked again at the new
+    /// equilibrium. Rotated joints release their bonded pairs when nothing is overloaded.
     fn fails_now(&mut self, progress: &mut RelaxationProgress, tolerance: f64) -> bool {
         let near = tolerance.max(if progress.looked { 0.0 } else { NEAR });
         if self.last.ratio() > near || !progress.has_stopped(near) || !self.model.can_fail() {
@@ -329,7 +331,7 @@ impl Simulation {
         if turning && !self.as_measured().hinges() {
             return false;
         }
-        // Relaxation starts anew, from rest.
+        // The relaxation restarts from rest.
         self.state.v.fill(Lanes::ZERO);
         let failed = self.state.failed;
         let (mut context, state, scratch) = self.parts();
@@ -341,7 +343,7 @@ impl Simulation {
         self.add_losses(losses);
         let fails = self.state.failed != failed;
         if fails {
-            // The way to here was one from equilibrium to equilibrium.
+            // The motion up to here led from equilibrium to equilibrium.
             self.keep_slip(true);
             self.state.watch_anew(&self.model, false);
         }
@@ -352,11 +354,11 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached; [`RunError::Collapsed`] where
-    /// blocks move on without end; [`RunError::OutOfReach`] where rounding keeps the ratio above the tolerance;
-    /// [`RunError::TooDeep`] where a contact does not carry what lies on it; [`RunError::Diverged`];
-    /// [`RunError::Values`] of a tolerance that is not between 0 and 1; those of
-    /// [`start_relaxation`](Self::start_relaxation).
+    /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached;
+    /// [`RunError::Collapsed`] if blocks move without end; [`RunError::OutOfReach`] if rounding
+    /// keeps the ratio above the tolerance; [`RunError::TooDeep`] if a contact does not carry its
+    /// load; [`RunError::Diverged`]; [`RunError::Values`] of a tolerance that is not between 0 and
+    /// 1; those of [`start_relaxation`](Self::start_relaxation).
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
         allow_tolerance(tolerance)?;
         self.start_relaxation(self.default_increments())?;
@@ -372,7 +374,7 @@ impl Simulation {
         Err(error)
     }
 
-    /// Ends a relaxation: everything is at rest.
+    /// Ends a relaxation and brings everything to rest.
     pub fn finish_relaxation(&mut self) {
         self.synchronise();
         if self.drop_relaxation() {
@@ -380,7 +382,8 @@ impl Simulation {
         }
     }
 
-    /// Forgets a relaxation, and what only it knows; strengths are what the deck says. Whether there was one.
+    /// Drops a relaxation with its data and restores the strengths of the deck. Returns true if
+    /// there was one.
     pub(super) fn drop_relaxation(&mut self) -> bool {
         let Some(Relaxation { progress, .. }) = self.relaxation.take() else { return false };
         if progress.increment < progress.increments {

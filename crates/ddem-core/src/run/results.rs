@@ -1,4 +1,4 @@
-//! Results at the present time: what [`Snapshot`] sees, measured first where it has to be.
+//! Results at the present time: the data of a [`Snapshot`], measured first if necessary.
 
 use super::Simulation;
 use crate::output::{
@@ -25,7 +25,7 @@ impl Simulation {
         self.as_measured()
     }
 
-    /// Fields at the present time, with forces, broken joints and contacts as they were last measured.
+    /// Fields at the present time, with forces, broken joints and contacts of the last measurement.
     pub(super) fn as_measured(&self) -> Snapshot<'_> {
         Snapshot::new(self.context(), &self.state, &self.scratch, self.failing)
     }
@@ -46,8 +46,8 @@ impl Simulation {
         self.model.plain(&self.state.u)
     }
 
-    /// Displacement `[m]` and velocity at the last half step `[m/s]` of each level of the free-field columns, shape
-    /// `(levels, 2, 3)`.
+    /// Displacement `[m]` and velocity at the last half step `[m/s]` of each level of the
+    /// free-field columns, shape `(levels, 2, 3)`.
     #[must_use]
     pub fn column_levels(&self) -> Vec<[[f64; 3]; 2]> {
         self.state.columns.iter().map(|level| level.map(Into::into)).collect()
@@ -74,8 +74,8 @@ impl Simulation {
         velocity
     }
 
-    /// Internal force `f = K u` of the bodies and joints on every node `[N]`, shape
-    /// `(n_nodes, 3)`, eq. (8) and eq. (11); of joints between faces that do not match there is nothing in it.
+    /// Internal force `f = K u` of the blocks and joints on each node `[N]`, shape `(n_nodes, 3)`,
+    /// eq. (8) and eq. (11). It does not include nonconforming joints.
     pub fn internal_forces(&mut self) -> Vec<[f64; 3]> {
         self.evaluate_forces();
         self.scratch.collect(&self.model, &self.state.poses, false);
@@ -83,7 +83,7 @@ impl Simulation {
         forces.into_iter().map(|f| f.map(|x| -x)).collect()
     }
 
-    /// The first pass of a step alone: elastic forces of bodies and joints. Nothing moves.
+    /// Runs the first pass of a step alone: elastic forces of blocks and joints. Nothing moves.
     pub fn evaluate_forces(&mut self) {
         let (context, state, scratch) = self.parts();
         let mut trial = std::mem::take(&mut scratch.trial);
@@ -94,19 +94,15 @@ impl Simulation {
         scratch.trial = trial;
     }
 
-    /// Force that accelerates every node `[N]`, shape `(n_nodes, 3)`: loads and support forces less the
-    /// internal ones, `F = Q + R − f`; zero in equilibrium.
+    /// Force that accelerates each node `[N]`, shape `(n_nodes, 3)`: loads and reactions less the
+    /// internal forces, `F = Q + R − f`; zero in equilibrium.
     pub fn forces(&mut self) -> Vec<[f64; 3]> {
         self.measure_once();
         self.model.plain(&self.scratch.f)
     }
 
-    /// Sum of the support forces on some nodes, as they act on the model `[N]`. Their order does not
-    /// matter, and a node that is given twice counts once.
-    ///
-    /// # Panics
-    ///
-    /// If the model has no such node.
+    /// Sum of the reactions at some nodes, as they act on the model `[N]`. The order of the nodes
+    /// does not matter; a node given twice counts once.
     pub fn reaction(&mut self, nodes: &[u32]) -> [f64; 3] {
         let mut nodes = nodes.to_vec();
         nodes.sort_unstable();
@@ -124,15 +120,16 @@ impl Simulation {
         sum
     }
 
-    /// Traction of every pair on its first node's side `[Pa]`, shape `(n_pairs, 3)`, in global axes: `T = (F_a −
-    /// F_b)/(2 A_p)` of the forces that the joint's elements and springs exert, (M1). Its product with the normal
-    /// from a to b is positive in tension. 0 where a contact has taken the place of the joint.
+    /// Traction of each pair on its first node's side `[Pa]`, shape `(n_pairs, 3)`, in global axes:
+    /// `T = (F_a − F_b)/(2 A_p)` of the forces that the joint's elements and springs exert, (M1).
+    /// Its product with the normal from a to b is positive in tension. It is 0 if a contact has
+    /// replaced the joint.
     pub fn tractions(&mut self) -> Vec<[f64; 3]> {
         self.snapshot().tractions()
     }
 
-    /// Stress at the centre of every hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive,
-    /// shape `(n_elements, 6)`; blocks in order, x fastest in a block. Rigid blocks have none: 0.
+    /// Stress at the centre of each hex8 element `[Pa]`: xx yy zz xy yz zx, tension positive, shape
+    /// `(n_elements, 6)`; blocks in order, x fastest in a block. It is 0 in rigid blocks.
     #[must_use]
     pub fn stresses(&self) -> Vec<[f64; 6]> {
         self.as_measured().stresses()
@@ -148,22 +145,22 @@ impl Simulation {
         self.as_measured().stress(block, at)
     }
 
-    /// Largest speed of every node since the start of the run `[m/s]`, of all steps in time: the peak
-    /// particle velocity. Empty where the deck has no `peaks`.
+    /// Peak particle velocity: largest speed of each node in all time steps since the start of the
+    /// run `[m/s]`. It is empty if the deck has no `peaks`.
     #[must_use]
     pub fn peak_velocities(&self) -> Vec<f64> {
         self.as_measured().peak_velocities()
     }
 
-    /// Largest principal tension and compression at the centre of every element since the start of the
-    /// run, both counted from 0 up `[Pa]`: four times at least while a wave crosses an element or in every step, and in
-    /// every equilibrium. Empty where the deck has no `peaks`.
+    /// Largest principal tension and compression at the centre of each element since the start of
+    /// the run, both at least 0 `[Pa]`. They are sampled at least four times while a wave crosses
+    /// an element, or in every step, and in every equilibrium. Empty if the deck has no `peaks`.
     #[must_use]
     pub fn peak_stresses(&self) -> Vec<[f64; 2]> {
         self.as_measured().peak_stresses()
     }
 
-    /// All contacts that press at the present time, by their blocks. Nothing moves.
+    /// Contacts that carry force at the present time, in the order of their blocks. Nothing moves.
     pub fn contacts(&mut self) -> Vec<Contact> {
         self.snapshot().contacts()
     }
@@ -173,55 +170,57 @@ impl Simulation {
         self.snapshot().contact_counts()
     }
 
-    /// Pairs of blocks that pressed on each other at the last step: what can be had at any time.
+    /// Number of pairs of blocks that pressed on each other at the last step. It needs no
+    /// measurement.
     #[must_use]
     pub fn touching_blocks(&self) -> usize {
         self.as_measured().touching_blocks()
     }
 
-    /// The fragments at the present time, by decreasing volume, equal ones by their lowest block. A
-    /// joint holds as long as one of its pairs is bonded; one without tensile strength and cohesion
-    /// never does, nor do contacts.
+    /// Fragments at the present time by decreasing volume, equal ones by their lowest block. A
+    /// joint holds as long as one of its pairs is bonded. Joints without tensile strength and
+    /// cohesion never hold, and neither do contacts.
     pub fn fragments(&mut self) -> Vec<Fragment> {
         self.snapshot().fragments()
     }
 
-    /// The number of the fragment of each block, as [`fragments`](Self::fragments) counts them; blocks
-    /// that have been taken out have the number after the last.
+    /// Fragment number of each block, in the order of [`fragments`](Self::fragments); removed
+    /// blocks have the number after the last.
     pub fn block_fragments(&mut self) -> Vec<usize> {
         self.snapshot().block_fragments()
     }
 
     /// Momentum of the whole model at the present time, `P = Σ m v` `[kg m/s]`: over the nodes of
-    /// deformable blocks with their lumped masses, eq. (3), and over rigid blocks; zero in a
-    /// relaxation. It changes by what loads and supports do alone.
+    /// deformable blocks with their lumped masses, eq. (3), and over rigid blocks. It is zero in a
+    /// relaxation. Only loads and supports change it.
     pub fn momentum(&mut self) -> [f64; 3] {
         self.snapshot().momentum()
     }
 
-    /// Its moment about the origin `[kg m²/s]`: `Σ x × m v` over the nodes of deformable blocks, and
-    /// `x × m v + R I Rᵀ ω` of each rigid one, with its centroid x, rotation R and inertia I at rest.
+    /// Angular momentum about the origin `[kg m²/s]`: `Σ x × m v` over the nodes of deformable
+    /// blocks, and `x × m v + R I Rᵀ ω` of each rigid block, with its centroid x, rotation R and
+    /// inertia I at rest.
     pub fn angular_momentum(&mut self) -> [f64; 3] {
         self.snapshot().angular_momentum()
     }
 
-    /// The present state in a few numbers. Nothing moves.
+    /// Summary of the present state. Nothing moves.
     pub fn state_summary(&mut self) -> StateSummary {
         let energy = self.energy();
         self.snapshot().state_summary(energy)
     }
 
-    /// Contacts at the present time. Nothing moves.
+    /// Summary of the contacts at the present time. Nothing moves.
     pub fn contact_summary(&mut self) -> ContactSummary {
         self.snapshot().contact_summary()
     }
 
-    /// Fragments at the present time. Nothing moves.
+    /// Summary of the fragments at the present time. Nothing moves.
     pub fn fragment_summary(&mut self) -> FragmentSummary {
         self.snapshot().fragment_summary()
     }
 
-    /// Memory that stepping this simulation keeps in use `[bytes]`.
+    /// Memory in use while the simulation steps `[bytes]`.
     #[must_use]
     pub fn bytes(&self) -> usize {
         let lanes = self.state.u.len() + self.state.v.len();
@@ -235,13 +234,14 @@ impl Simulation {
             + self.motion.classes.iter().map(|c| 3 * c.a.len() * size_of::<Lanes>()).sum::<usize>()
     }
 
-    /// Numbers of pairs of points in contact at the last step, and of those of them that press on each other.
+    /// Numbers of pairs of contact points at the last step: all, and those that press on each
+    /// other.
     #[must_use]
     pub fn contact_points(&self) -> [usize; 2] {
         self.as_measured().contact_points()
     }
 
-    /// Memory that contacts take `[bytes]`.
+    /// Memory of the contacts `[bytes]`.
     #[must_use]
     pub fn contact_bytes(&self) -> usize {
         self.state.contacts.bytes()

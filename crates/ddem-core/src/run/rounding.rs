@@ -1,4 +1,4 @@
-//! §7: what of the forces in a relaxation is rounding, and is not going to be less.
+//! Detection of unbalanced forces in a relaxation that are only rounding and cannot decrease (§7).
 
 use super::Simulation;
 use crate::error::RunError;
@@ -7,19 +7,21 @@ use ddem_joint::contact::ContactPoint;
 use ddem_mechanics::law::SpringStiffness;
 use ddem_mesh::Vec3;
 
-/// Unbalanced force below this multiple of the displacements' rounding counts as rounding: a force is the sum of
-/// several products with them. Observed values are one half to three.
+/// Multiple of the rounding of the displacements below which an unbalanced force counts as
+/// rounding: a force is the sum of several products with them. Observed values are one half to
+/// three.
 const ROUNDED: f64 = 8.0;
 
-/// Looks in a row after which forces that may be rounding, and have not become less, are.
+/// Successive checks without a decrease after which possible rounding counts as rounding.
 pub(crate) const LOOKS: u64 = 10;
-/// Part of a ratio below which it has become less.
+/// Fraction of the former ratio below which the ratio counts as decreased.
 const LESS: f64 = 0.7;
 
 impl Simulation {
-    /// Looks at what may be rounding. At rest, or when it has not become less for some time, it is: then the
-    /// tolerance cannot be reached, unless nothing is applied any more beside what was. Returns whether that
-    /// is so.
+    /// Checks if the unbalanced forces are only rounding: the model is at rest, or they have not
+    /// decreased for some time. Then the tolerance cannot be reached, which is an error. Returns
+    /// true instead if they are within the tolerance of the largest forces applied so far, as after
+    /// unloading.
     pub(super) fn check_rounding(
         &self,
         progress: &mut RelaxationProgress,
@@ -45,9 +47,9 @@ impl Simulation {
         }
     }
 
-    /// Error of a relaxation whose unbalanced force is only rounding: displacements, and positions at
-    /// contacts and nonconforming joints, are accurate to a part of 2⁻⁵³, forces to that times their
-    /// stiffness.
+    /// Error of a relaxation whose unbalanced force is only rounding. Displacements, and positions
+    /// at contacts and nonconforming joints, are accurate to a fraction of 2⁻⁵³. Forces are
+    /// accurate to that times their stiffness.
     fn only_rounding(&self, tolerance: f64) -> Option<RunError> {
         let packs = &self.model.packs;
         let (mut sum, mut most) = (0.0, (0.0, 0));
@@ -72,7 +74,7 @@ impl Simulation {
                 far = Some(distance);
             }
         }
-        // Who asks for less than one rounding wants all steps.
+        // A tolerance below one rounding error requests all steps.
         if tolerance < f64::EPSILON || self.last.free > ROUNDED * ROUNDED * sum {
             return None;
         }
@@ -81,8 +83,8 @@ impl Simulation {
         Some(RunError::OutOfReach { ratio, tolerance, block, force, joint, far })
     }
 
-    /// Rounding of the positions of points that act on each other: block, distance from the origin `[m]` and
-    /// force `[N]`.
+    /// Rounding forces of points that act on each other, due to their positions: block, distance
+    /// from the origin `[m]` and force `[N]`.
     fn rounding_of_positions(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
         self.state.contacts.patches.iter().map(|patch| {
             let block = patch.blocks[0] as usize;

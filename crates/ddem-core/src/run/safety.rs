@@ -1,7 +1,9 @@
-//! Factor of safety by strength reduction: the largest divisor of the strengths of joints with which blocks rest.
+//! Factor of safety by strength reduction: the largest divisor of the joint strengths at which the
+//! blocks come to rest.
 //!
-//! Every trial starts from the same state, with strengths divided by one factor, and relaxes: it is stable
-//! when it comes to rest. Two trials at once divide what is left of the bracket in three, in the logarithm.
+//! Every trial starts from the same state, with the strengths divided by one factor, and relaxes.
+//! It is stable if it comes to rest. Two trials at once divide the remaining bracket in three equal
+//! ratios.
 
 use std::sync::atomic::Ordering;
 
@@ -16,18 +18,18 @@ use crate::run::saved::Saved;
 use crate::state::watch::Verdict;
 use ddem_mechanics::math::simd::Simd;
 
-/// Strengths fall by no more than this factor at once: what many pairs that fail together set free makes others
-/// fail that would hold.
+/// Largest factor by which strengths are reduced at once. Many pairs that fail together release
+/// energy, which makes others fail that would hold.
 const PART: f64 = 1.05;
 
-/// One trial.
+/// Trial of one factor.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SafetyTrial {
     /// Divisor of the strengths.
     pub factor: f64,
-    /// Verdict on it; an undecided one counts as unstable.
+    /// Verdict of the trial; an undecided one counts as unstable.
     pub verdict: Verdict,
-    /// Steps that it took.
+    /// Number of steps of the trial.
     pub steps: u64,
 }
 
@@ -36,30 +38,31 @@ pub struct SafetyTrial {
 pub struct Safety {
     /// Geometric mean of the bracket; `None` where one of its ends is missing.
     pub factor: Option<f64>,
-    /// The largest factor that is stable and the smallest one that is not, if any; none where the trial of the least
-    /// factor was undecided.
+    /// Largest stable factor and smallest unstable factor, if any; both are `None` if the trial of
+    /// the least factor was undecided.
     pub bracket: [Option<f64>; 2],
     /// All trials, in the order of their factors.
     pub trials: Vec<SafetyTrial>,
-    /// The unstable trial of the smallest factor, as it ended.
+    /// Unstable trial of the smallest factor, in its final state.
     pub failing: Option<Box<Simulation>>,
 }
 
-/// True where the trial of a factor was undecided.
+/// True if the trial of a factor was undecided.
 #[must_use]
 pub fn undecided(trials: &[SafetyTrial], factor: Option<f64>) -> bool {
     trials.iter().any(|trial| Some(trial.factor) == factor && trial.verdict == Verdict::Undecided)
 }
 
 impl Simulation {
-    /// Factor of safety of the present state, which should be an equilibrium: it stays as it is. Two trials run at
-    /// once, on threads of the pool of rayon that calls, each with a copy of the model; `tell` hears of each trial
-    /// on its thread.
+    /// Factor of safety of the present state, which should be an equilibrium. The state does not
+    /// change. Two trials run at once on the calling pool of rayon, each with a copy of the model.
+    /// `tell` receives each trial on its thread.
     ///
     /// # Errors
     ///
-    /// [`RunError::Values`] of a search that cannot be, as of a bracket that is none or joints that do not exist, or
-    /// where nothing can fail; [told to stop](Self::stop_when); [`RunError::Diverged`], of the present state, too.
+    /// [`RunError::Values`] if the search is invalid, for example its bracket or unknown joints, or
+    /// if nothing can fail; [stopped](Self::stop_when); [`RunError::Diverged`], also of the present
+    /// state.
     pub fn factor_of_safety(
         &self,
         search: &SafetySearch,
@@ -86,7 +89,7 @@ impl Simulation {
             }
             let ratio = unstable / stable;
             let thirds = [1.0, 2.0].map(|third| stable * libm::pow(ratio, third / 3.0));
-            // No number is between them that is fine enough.
+            // The bracket is too narrow for two numbers between its ends.
             if !(stable < thirds[0] && thirds[1] < unstable) {
                 break;
             }
@@ -97,13 +100,13 @@ impl Simulation {
         }
         found.trials.sort_by(|a, b| a.factor.total_cmp(&b.factor));
         if found.bracket[0].is_none() && undecided(&found.trials, found.bracket[1]) {
-            // Nothing is known of any factor.
+            // No factor has a known verdict.
             found.bracket[1] = None;
         }
         Ok(found)
     }
 
-    /// Tries two factors at once.
+    /// Runs the trials of two factors at once.
     fn try_both(
         &self,
         search: &SafetySearch,
@@ -130,7 +133,8 @@ impl Simulation {
             }
             found.trials.push(trial);
         }
-        // What holds with less strength than fails with more is on the limit: the failure counts.
+        // A larger factor that is stable, above one that fails, is at the limit: the failure
+        // counts.
         if let [Some(stable), Some(unstable)] = found.bracket
             && stable >= unstable
         {
@@ -143,22 +147,23 @@ impl Simulation {
         Ok(())
     }
 
-    /// A copy of this simulation in a state that it has been in, with the laws and histories that a program has set.
+    /// Copy of this simulation in a former state, with the laws and histories that a program has
+    /// set.
     ///
     /// # Errors
     ///
-    /// The state is of another model, or not finite.
+    /// The state belongs to another model, or is not finite.
     pub fn back_to(&self, saved: &Saved) -> Result<Self, RunError> {
         let model = self.model.anew().map_err(|fault| RunError::Values { faults: vec![fault] })?;
         let simd = Simd::of(self.scratch.level);
-        // Of a run, only a state that is not finite is none to begin from.
+        // Among the states of a run, only one that is not finite cannot be restored.
         let mut copy = Self::restore(model, simd, saved).map_err(|_| self.diverged())?;
         copy.stop_when(self.stop.clone());
         copy.model.laws.clone_from(&self.model.laws);
         Ok(copy)
     }
 
-    /// Relaxes a copy with strengths divided by a factor, in parts.
+    /// Relaxes a copy with the strengths divided by a factor, reduced in parts.
     fn trial(
         &self,
         search: &SafetySearch,
@@ -200,7 +205,7 @@ impl Simulation {
                 Err(RunError::Collapsed { .. } | RunError::TooDeep { .. }) => {
                     return Ok(Verdict::Fails);
                 }
-                // Nothing but rounding is out of balance.
+                // Only rounding is out of balance.
                 Err(RunError::OutOfReach { .. }) => return Ok(Verdict::AtRest),
                 Err(error) => return Err(error),
                 Ok(_) if *steps >= search.max_steps => return Ok(Verdict::Undecided),

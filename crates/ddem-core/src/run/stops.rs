@@ -11,9 +11,9 @@ use ddem_mechanics::math::sums::StepSums;
 use ddem_mesh::Vec3;
 
 impl Simulation {
-    /// Verdict on the dynamic stage that was started, if it ended now: at rest where forces are balanced, no
-    /// blocks move on against each other, and loads, supports and waves with a history in the deck have come to
-    /// their last value.
+    /// Verdict on the present dynamic stage if it ended now. It is at rest if forces are balanced,
+    /// no blocks continue to move against each other, and all loads, supports and waves with a
+    /// history in the deck have reached their last value.
     #[must_use]
     pub fn verdict(&self) -> Verdict {
         let verdict = self.state.watch.verdict(self.last.ratio());
@@ -21,20 +21,22 @@ impl Simulation {
         if open { Verdict::Undecided } else { verdict }
     }
 
-    /// Verdict, once it is certain enough to end the stage: after 2000 steps, and `fails` only where blocks
-    /// in contact have moved on against each other by half an edge. Falling blocks may still come to rest.
+    /// Verdict that is certain enough to end the stage, after 2000 steps. It is `fails` only if
+    /// blocks in contact have moved against each other by half an edge without slowing down.
+    /// Falling blocks may still come to rest.
     #[must_use]
     pub fn decided(&self) -> Option<Verdict> {
         let verdict = self.state.watch.decided(self.last.ratio())?;
         (verdict != Verdict::AtRest || self.stays()).then_some(verdict)
     }
 
-    /// True where blocks at rest will stay so: no load changes, and they were watched for long enough.
+    /// True if blocks at rest will stay at rest: no load changes, and they were watched for long
+    /// enough.
     fn stays(&self) -> bool {
         !self.loads_change() && self.state.is_known(&self.model, &self.motion)
     }
 
-    /// True where loads, supports or waves change after the present time.
+    /// True if loads, supports or waves change after the present time.
     fn loads_change(&self) -> bool {
         let State { stage, time, stage_starts, .. } = &*self.state;
         let Model { conditions, boundaries, .. } = &*self.model;
@@ -42,7 +44,8 @@ impl Simulation {
             || boundaries.change_after(*stage, *time, stage_starts)
     }
 
-    /// The error of a stage in which blocks move on against each other, with those that have moved so far.
+    /// Error of a stage in which blocks continue to move against each other, with the blocks that
+    /// have moved so far.
     #[must_use]
     pub fn collapse(&self) -> RunError {
         let (blocks, distance) = self.state.farthest(&self.model);
@@ -50,14 +53,14 @@ impl Simulation {
         RunError::Collapsed { blocks, distance, moving: self.moving_blocks(), ratio, failed }
     }
 
-    /// Blocks that have moved since pairs last failed, or since the stage or increment began; those
-    /// first that have gone farthest in the stage.
+    /// Blocks that have moved since pairs last failed, or since the stage or increment began, by
+    /// decreasing displacement in the stage.
     #[must_use]
     pub fn moving_blocks(&self) -> Vec<MovingBlock> {
         self.state.moving(&self.model)
     }
 
-    /// Looks at the sums of a step, or of a measurement, and at the contacts there.
+    /// Checks the sums and contacts of a step or a measurement.
     pub(super) fn check(&self, sums: StepSums, contacts: &Contacts) -> Result<(), RunError> {
         if sums.free.is_finite() {
             self.check_speed(sums)?;
@@ -66,13 +69,13 @@ impl Simulation {
         Err(self.diverged())
     }
 
-    /// The error of forces that are not finite.
+    /// Error of forces that are not finite.
     pub(super) fn diverged(&self) -> RunError {
         let (block, node) = self.worst_node();
         RunError::Diverged { step: self.state.steps, time: self.state.time, block, node }
     }
 
-    /// Blocks that are deep in each other may come out on the other side.
+    /// Checks the penetration of blocks, which could pass through each other.
     fn check_depth(&self, contacts: &Contacts) -> Result<(), RunError> {
         let Some(contact_model) = self.model.searched() else { return Ok(()) };
         let Contacts { patches, deepest, .. } = contacts;
@@ -101,7 +104,7 @@ impl Simulation {
         Ok(())
     }
 
-    /// The support that moves a block in this step, by its number in the deck.
+    /// Support that moves a block in this step, by its number in the deck.
     fn driver(&self, block: usize) -> Option<usize> {
         let (pack, lane) = self.model.packs.slot(block);
         let supports = &self.view.conditions.supports[self.view.conditions.supports_of(pack)];
@@ -110,13 +113,13 @@ impl Simulation {
         moves.map(|support| support.fix as usize)
     }
 
-    /// Contacts are found from step to step: nothing may go far in one.
+    /// Checks how far blocks move in a step, because contacts are found from step to step.
     fn check_speed(&self, sums: StepSums) -> Result<(), RunError> {
         let Some(contact_model) = self.model.searched() else { return Ok(()) };
         let (edge, dt) = (contact_model.shortest, self.motion.time_step);
         let far = 0.25 * edge;
-        // No node is faster than √3 times the largest component; where that is too fast it is looked
-        // how fast they are.
+        // No node is faster than √3 times the largest component. Exact speeds are computed only if
+        // that is too fast.
         let may = |component: f64| 3.0_f64.sqrt() * dt * component > far;
         if self.motion.fictitious || !may(sums.fastest.0[0]) {
             return Ok(());
@@ -132,7 +135,8 @@ impl Simulation {
         Err(RunError::TooFast { block, set, step, time, distance, edge, driven })
     }
 
-    /// Speed of the fastest node `[m/s]` and its block, of the blocks that are wanted by pack and lane.
+    /// Speed of the fastest node `[m/s]` and its block, among the blocks that `wanted` selects by
+    /// pack and lane.
     fn fastest_node(&self, wanted: impl Fn(usize, usize) -> bool) -> (f64, usize) {
         let packs = &self.model.packs;
         let mut most = (0.0, 0);
@@ -163,7 +167,8 @@ impl Simulation {
         }
     }
 
-    /// The stiffest joint beside a block and its thickness `[m]`, 0 if it is springs.
+    /// Name of the stiffest joint beside a block and its thickness `[m]`, 0 if it consists of
+    /// springs.
     pub(super) fn stiffest_joint(&self, block: usize) -> Option<(String, f64)> {
         let Model { geometry, packs, sections, properties, .. } = &*self.model;
         let below = |direction| geometry.beyond(block, FaceId { direction, upper: false });
@@ -178,7 +183,7 @@ impl Simulation {
         Some((joint.name.clone(), if springs { 0.0 } else { joint.thickness }))
     }
 
-    /// Block and node with the largest force; one that is not a number is larger than any.
+    /// Block and node with the largest force; NaN counts as larger than any number.
     fn worst_node(&self) -> (usize, usize) {
         let size = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
         let mut worst = (f64::NEG_INFINITY, 0, 0);

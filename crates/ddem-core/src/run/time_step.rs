@@ -1,4 +1,4 @@
-//! §6: how long the steps of time are.
+//! Length of the time steps (§6).
 
 use std::borrow::Cow;
 use std::sync::atomic::Ordering;
@@ -13,36 +13,36 @@ use ddem_joint::contact::{AddedStiffness, ContactSurfaces, bound};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::StepSums;
 
-/// Part of the critical step that `"auto"` takes (§6).
+/// Fraction of the critical step that `"auto"` uses (§6).
 const SAFETY: f64 = 0.9;
 
-/// Safety factor of the critical step once pairs have failed: frictional springs, some sliding, flutter close to the
-/// critical step.
+/// Fraction of the critical step in use once pairs have failed. Frictional springs, some of them
+/// sliding, flutter close to the critical step.
 const BROKEN_SAFETY: f64 = 0.8;
 
-/// Part of these that is left where rigid blocks may meet: a contact that lasts a few steps only gains or
-/// loses some per cent of the energy.
+/// Factor on these fractions if rigid blocks may meet. A contact that lasts only a few steps gains
+/// or loses some per cent of the energy.
 const RESOLVED: f64 = 0.25;
 
-/// Part of the critical step below which a step, or a duration, is a mistake, and its inverse may
-/// overflow.
+/// Fraction of the critical step below which a step, or a duration, is an error, and its inverse
+/// may overflow.
 pub const SHORTEST_STEP: f64 = 1e-9;
 
 impl Simulation {
-    /// Critical time step `2/ω_max` `[s]`; computed at the first call. Contacts that may come are in
-    /// it, as stiff as they can be. Once pairs have failed it is
-    /// the smaller one of the model as it started and with all joints that can fail turned to
-    /// springs, which can be a fifth less.
+    /// Critical time step `2/ω_max` `[s]`, computed at the first call. It includes possible
+    /// contacts, as stiff as they can be. Once pairs have failed it is the smaller of two steps:
+    /// that of the model as it started, and that with springs in place of all joints that can fail.
+    /// The second can be a fifth smaller.
     ///
     /// # Errors
     ///
-    /// [Told to stop](Self::stop_when): a large model takes seconds.
+    /// [Stopped](Self::stop_when): a large model takes seconds.
     pub fn critical_step(&mut self) -> Result<f64, RunError> {
         let intact = self.critical(false)?;
         Ok(if self.state.failed == [0; 2] { intact } else { intact.min(self.critical(true)?) })
     }
 
-    /// Time step `[s]` up to which the model stays stable however its joints fail.
+    /// Time step up to which the model stays stable in any failure of its joints `[s]`.
     ///
     /// # Errors
     ///
@@ -55,9 +55,9 @@ impl Simulation {
         Ok(BROKEN_SAFETY * intact.min(self.critical(true)?))
     }
 
-    /// Automatic step of a stage that begins with blocks at rest, or `moving` `[s]`. It lasts until the first
-    /// failure, when it becomes a shorter one. A shock is too rough for such a change: where joints can fail, a
-    /// stage that begins with blocks in motion has the shorter step from the start.
+    /// Automatic step of a stage that begins with blocks at rest, or `moving` `[s]`. It lasts until
+    /// the first failure and then becomes shorter. A shock is too rough for such a change: if
+    /// joints can fail, a stage that begins with moving blocks has the shorter step from the start.
     ///
     /// # Errors
     ///
@@ -79,7 +79,7 @@ impl Simulation {
         Ok(BROKEN_SAFETY * self.resolved() * damping.stable_step(critical))
     }
 
-    /// True where any block moves.
+    /// True if any block moves.
     #[must_use]
     pub fn moves(&self) -> bool {
         self.state.v.iter().any(|v| *v != Lanes::ZERO)
@@ -122,7 +122,7 @@ impl Simulation {
         let largest =
             largest_eigenvalue(model, &mut broken_joints, scratch, &mass, squares, &stop)?;
         let deformable = added.map_or(2.0 / largest.sqrt(), |added| added.critical_step(largest));
-        // Rigid blocks without any joint have no stiffness: they step as if they met others.
+        // Rigid blocks without joints have no stiffness. Their step assumes that they meet others.
         let met = contact_model.is_some() || largest == 0.0;
         let fastest =
             largest.max(if met { bound(&surfaces, geometry, packs, assembly)[1] } else { 0.0 });
@@ -133,14 +133,14 @@ impl Simulation {
         Ok(step)
     }
 
-    /// Sets the damping and the time step of the steps that follow: `"auto"` takes the
-    /// [automatic one](Self::automatic_step), with a `duration` `[s]` shrunk so that whole steps fill it. Returns
+    /// Sets the damping and the time step of the steps that follow. `"auto"` uses the [automatic
+    /// step](Self::automatic_step), reduced so that whole steps fill the `duration` `[s]`. Returns
     /// the number of steps that fill the duration (0 without one).
     ///
     /// # Errors
     ///
-    /// A damping, a time step or a duration that no deck could have; a time step above the critical one or far
-    /// below it; [told to stop](Self::stop_when). Nothing has changed then.
+    /// A damping, a time step or a duration that is invalid in a deck; a time step above the
+    /// critical one or far below it; [stopped](Self::stop_when). Nothing has changed then.
     pub fn start(
         &mut self,
         damping: Damping,
@@ -161,7 +161,7 @@ impl Simulation {
             return Err(RunError::TooShort { time_step: shortest, critical });
         }
         if given.is_none() && (self.state.before > 0.0 || self.moves()) && self.model.can_fail() {
-            // What can be stopped comes before the first change.
+            // This can be stopped, and therefore precedes the first change.
             self.critical(true)?;
         }
         self.synchronise();
@@ -189,15 +189,15 @@ impl Simulation {
         Ok(steps as u64)
     }
 
-    /// Steps that are left of the duration; `None` without one.
+    /// Remaining steps of the duration; `None` without one.
     #[must_use]
     pub fn steps_left(&self) -> Option<u64> {
         let last = self.state.last_step;
         (last != u64::MAX).then(|| last.saturating_sub(self.state.steps))
     }
 
-    /// Springs can be stiffer than the elements whose place they take, and faces can meet: an
-    /// automatic step becomes shorter when the first pairs fail.
+    /// Shortens an automatic step when the first pairs fail. Springs can be stiffer than the
+    /// elements that they replace, and faces can meet.
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.broken_joints = self.model.broken_joints();
         let safe = self.broken_step(self.damping)?;
@@ -205,11 +205,11 @@ impl Simulation {
         Ok(())
     }
 
-    /// Checks that the time step is stable after an excavation or after failures between two steps. An
-    /// automatic step is shortened if necessary.
+    /// Checks that the time step is stable after an excavation or after failures between two steps.
+    /// An automatic step is shortened if necessary.
     pub(super) fn check_step(&mut self) -> Result<(), RunError> {
         if self.state.automatic {
-            // Between two steps velocities have been set anew.
+            // Velocities have been set between two steps.
             let moving = self.state.before == 0.0 && self.moves();
             let longest = self.automatic_step(self.damping, moving)?;
             self.slow_down(longest);
@@ -218,16 +218,16 @@ impl Simulation {
         let critical = self.damping.stable_step(self.critical(false)?);
         let time_step = self.motion.time_step;
         if time_step > critical {
-            // To be said at the next step, too.
+            // The next step must report this, too.
             self.critical_steps = [None; 2];
             return Err(RunError::TimeStep { time_step, critical });
         }
         Ok(())
     }
 
-    /// Makes the steps at most this long `[s]`, from the present time on.
+    /// Limits the steps to this length `[s]`, from the present time on.
     fn slow_down(&mut self, longest: f64) {
-        // Steps that fill a duration are longer than asked for, by rounding.
+        // Rounding makes steps that fill a duration longer than requested.
         if self.motion.time_step <= longest * (1.0 + 1e-9) {
             return;
         }
@@ -240,10 +240,10 @@ impl Simulation {
         }
     }
 
-    /// Takes h a little longer or shorter, between Δt⁺ and Δt⁻, so that a change of the step leaves the scheme's
-    /// energy as it is, `½ v⁻ m v⁺ + U` of steps as long as each of the two. With d what velocities change by over h,
-    /// one of `(1 + κ) h` has `κ Σ v⁻ m d + ½ (1 + κ) (1 + κ − Δt⁺/h) Σ d m d` more. Velocities are right to the
-    /// same order for every |κ| up to `1 − Δt⁺/h`.
+    /// Adjusts h between Δt⁺ and Δt⁻ so that a change of the step conserves the scheme's energy,
+    /// `½ v⁻ m v⁺ + U` of steps as long as each of the two. With d the change of velocities over h,
+    /// `(1 + κ) h` has `κ Σ v⁻ m d + ½ (1 + κ) (1 + κ − Δt⁺/h) Σ d m d` more. Velocities have the
+    /// same order of accuracy for every |κ| up to `1 − Δt⁺/h`.
     fn keep_energy(&mut self) {
         let StepSums { power, change, .. } = self.measure_once().sums;
         let Motion { before, time_step, interval, .. } = *self.motion;
@@ -254,10 +254,10 @@ impl Simulation {
         *self.motion = Motion::over(&self.model.assembly, self.damping, steps, interval);
     }
 
-    /// The longest step, at most this long, of which whole ones fill what is left of the duration `[s]`.
+    /// Longest step, at most `longest`, of which whole steps fill the rest of the duration `[s]`.
     fn fill_up(&mut self, longest: f64) -> f64 {
         let left = self.state.end - self.state.time;
-        // Programs may go on beyond the end.
+        // Programs may continue beyond the end.
         if !left.is_finite() || left <= 0.0 {
             return longest;
         }
@@ -266,8 +266,8 @@ impl Simulation {
         left / steps
     }
 
-    /// The scheme's measure of kinetic energy depends on its step: what a new one changes in it
-    /// between stages is no imbalance.
+    /// Changes the motion. The scheme's measure of kinetic energy depends on the step, and its
+    /// change between stages does not count as imbalance.
     pub(super) fn change_motion(&mut self, motion: Motion) {
         let before = self.mechanical_energy();
         *self.motion = motion;
@@ -275,7 +275,7 @@ impl Simulation {
     }
 }
 
-/// The κ nearest to 0 at which `κ b + κ² a + c` is 0, or nearest to it.
+/// Root κ nearest to 0 of `κ b + κ² a + c`, or the κ where it is nearest to 0.
 fn shift(b: f64, a: f64, c: f64) -> f64 {
     if a == 0.0 {
         return 0.0;
@@ -295,10 +295,11 @@ mod tests {
 
     #[test]
     fn shifts_are_the_nearest_roots() {
-        // κ² + 3 κ + 2 has −1 and −2, κ² − 3 κ + 2 has 1 and 2; κ² + κ + 1 is least at −1/2.
+        // The roots of κ² + 3 κ + 2 are −1 and −2, those of κ² − 3 κ + 2 are 1 and 2. κ² + κ + 1 is
+        // least at −1/2.
         let found = [shift(3.0, 1.0, 2.0), shift(-3.0, 1.0, 2.0), shift(1.0, 1.0, 1.0)];
         assert_eq!(found, [-1.0, 1.0, -0.5]);
-        // With κ² − 4: either of two as near.
+        // κ² − 4 has two roots that are equally near.
         assert_eq!(shift(0.0, 1.0, -4.0).abs(), 2.0);
         assert_eq!([shift(1.0, 0.0, 1.0), shift(0.0, 1.0, 0.0)], [0.0; 2]);
     }

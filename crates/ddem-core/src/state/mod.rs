@@ -28,41 +28,41 @@ pub(crate) use relaxation::RelaxationProgress;
 /// Work done on the model up to the last step `[J]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Work {
-    /// By loads, gravity included.
+    /// Work of loads, gravity included.
     pub(crate) loads: f64,
-    /// By driven supports.
+    /// Work of driven supports.
     pub(crate) supports: f64,
-    /// Taken by damping.
+    /// Energy dissipated by damping.
     pub(crate) damping: f64,
-    /// Taken by friction on failed joints.
+    /// Energy dissipated by friction on failed joints and contacts.
     pub(crate) friction: f64,
-    /// Taken by fracture of joints.
+    /// Energy dissipated by fracture of joints.
     pub(crate) fracture: f64,
-    /// Lost where contacts come, go and change their points.
+    /// Energy lost where contacts form, end or change their points.
     pub(crate) contact: f64,
-    /// Most that loads and supports together have done so far, of either sign.
+    /// Largest work of loads and supports together so far, of either sign.
     pub(crate) most: f64,
 }
 
-/// The state of a model.
+/// State of a model.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct State {
-    /// Simulated time `[s]`; relaxation takes none. Counted from `origin`, so that a stage ends
-    /// exactly on time.
+    /// Simulated time `[s]`; a relaxation takes none. It is counted from `origin`, so that a stage
+    /// ends exactly on time.
     pub(crate) time: f64,
     /// Time and step at which the present time step was set.
     pub(crate) origin: (f64, u64),
     /// End time of the started duration `[s]`; infinite without one.
     pub(crate) end: f64,
-    /// Steps at its end; the largest number without one.
+    /// Number of steps at its end; the largest number without one.
     pub(crate) last_step: u64,
-    /// The time step was not given but chosen.
+    /// True if the time step was chosen automatically.
     pub(crate) automatic: bool,
     /// Steps since the start of the run.
     pub(crate) steps: u64,
-    /// The stage that is running, by its number in the deck.
+    /// Present stage, by its number in the deck.
     pub(crate) stage: usize,
-    /// The stage that was entered last and has not begun to move.
+    /// Entry into the present stage, as long as the stage has not begun to move.
     pub(crate) fresh: Option<StageEntry>,
     /// Times at which the stages so far began `[s]`.
     pub(crate) stage_starts: Vec<f64>,
@@ -70,33 +70,33 @@ pub(crate) struct State {
     pub(crate) u: Vec<Lanes>,
     /// Velocities `[m/s]`, at half steps within a stage.
     pub(crate) v: Vec<Lanes>,
-    /// Poses of the rigid bodies, pack by pack of these.
+    /// Poses of the rigid blocks, by rigid pack.
     pub(crate) poses: Vec<[Pose; LANES]>,
-    /// Δt⁻, the step that the velocities are of `[s]`; 0: they are at the present time, as between stages.
+    /// Δt⁻, the step of the velocities `[s]`; 0 if they are at the present time, as between stages.
     pub(crate) before: f64,
-    /// State of the joints.
+    /// State of broken joints.
     pub(crate) broken_joints: BrokenJoints,
-    /// Blocks that touch without a joint.
+    /// Contacts and nonconforming joints.
     pub(crate) contacts: Contacts,
-    /// Pairs that failed in shear and in tension.
+    /// Numbers of pairs that failed in shear and in tension.
     pub(crate) failed: [u64; 2],
     pub(crate) work: Work,
-    /// Factor of each load and charge, of what programs apply, and of gravity, as the last step or relaxation
-    /// left them.
+    /// Factors of the loads and charges, of the forces of programs, and of gravity, after the last
+    /// step or relaxation.
     pub(crate) load_factors: Vec<f64>,
     /// Forces applied by programs.
     pub(crate) applied: AppliedForces,
     /// Reactions locked in when supports ended at a boundary, by node `[N]`.
     pub(crate) locked_reactions: AppliedForces,
-    /// Forces of removed blocks that fade, by load.
+    /// Fading forces of removed blocks, by load.
     pub(crate) released: BTreeMap<usize, FadingForces>,
     /// Displacements `[m]` and velocities `[m/s]` of the levels of free-field columns.
     pub(crate) columns: Vec<[Vec3; 2]>,
-    /// The gas in the shells of charges, charge by charge.
+    /// State of the gas in the shells of charges, charge by charge.
     pub(crate) shells: Vec<ShellState>,
-    /// Length of the way that relaxation has gone so far, `Σ ‖Δu‖` `[m]`.
+    /// Path length of relaxation so far, `Σ ‖Δu‖` `[m]`.
     pub(crate) path_length: f64,
-    /// The largest values so far.
+    /// Peak values so far.
     pub(crate) peaks: Peaks,
     /// Motion of neighbours since the last event.
     pub(crate) watch: MotionWatch,
@@ -105,14 +105,14 @@ pub(crate) struct State {
 /// Origin of a stage that has just been entered.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StageEntry {
-    /// The stage before.
+    /// Stage that was left.
     pub(crate) left: usize,
-    /// The first of the stages that begin: programs may skip some.
+    /// First of the stages that begin; programs may skip some.
     pub(crate) first: usize,
 }
 
 impl State {
-    /// At the start of a run: no displacement, initial velocities, no load.
+    /// State at the start of a run: no displacement, initial velocities, no load.
     pub(crate) fn new(model: &Model) -> Self {
         let n = 3 * model.packs.nodes;
         let mut state = Self {
@@ -155,7 +155,7 @@ impl State {
         state
     }
 
-    /// A step of time has been made.
+    /// Counts a time step and advances the time.
     pub(crate) fn count_step(&mut self, time_step: f64) {
         self.steps += 1;
         let (time, step) = self.origin;
@@ -163,14 +163,14 @@ impl State {
         self.before = time_step;
     }
 
-    /// Nothing moves.
+    /// Brings everything to rest.
     pub(crate) fn rest(&mut self) {
         self.v.fill(Lanes::ZERO);
         self.poses.iter_mut().flatten().for_each(|pose| *pose = pose.resting());
         self.columns.fill([Vec3::zeros(); 2]);
     }
 
-    /// Rigid bodies go where their corners were set, as near as they can.
+    /// Places rigid blocks as near as possible to the displacements that their corners were given.
     pub(crate) fn place_rigid(&mut self, model: &Model) {
         self.each_rigid(model, |mass_properties, pose, [u, _]| {
             *pose = pose.from_corners(mass_properties, u);
@@ -178,7 +178,7 @@ impl State {
         });
     }
 
-    /// Rigid bodies move as their corners were set to, as near as they can.
+    /// Moves rigid blocks as near as possible to the velocities that their corners were given.
     pub(crate) fn move_rigid(&mut self, model: &Model) {
         self.each_rigid(model, |mass_properties, pose, [_, v]| {
             *pose = pose.with_corner_velocities(mass_properties, v);
@@ -188,7 +188,7 @@ impl State {
         });
     }
 
-    /// Calls `change` with each rigid body, and displacements and velocities of its corners.
+    /// Calls `change` with each rigid block and the displacements and velocities of its corners.
     fn each_rigid(
         &mut self,
         model: &Model,

@@ -1,8 +1,8 @@
-//! §6: the numbers of (M2) for a step.
+//! Coefficients of (M2) for a step (§6).
 //!
-//! `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)` with `h = ½ (Δt⁻ + Δt⁺)`, the time between the half steps before
-//! and after, is `v⁺ = a v⁻ + b F` with `a` and `b` the same until the step changes. Velocities at the present
-//! time, as at the start of a stage, have `Δt⁻ = 0`.
+//! `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)` with `h = ½ (Δt⁻ + Δt⁺)`, the time between the half
+//! steps before and after, is `v⁺ = a v⁻ + b F`. `a` and `b` stay the same until the step changes.
+//! Velocities at the present time, as at the start of a stage, have `Δt⁻ = 0`.
 
 use fearless_simd::{Simd, f64x4};
 
@@ -13,7 +13,7 @@ use ddem_mechanics::rigid::MassProperties;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::inertia::Inertia;
 
-/// `a`, `b` and the damping `c` of the nodes of equal packs, three a node.
+/// Coefficients `a`, `b` and damping `c` of the nodes of equal packs, three of each per node.
 #[derive(Clone, Debug)]
 pub(crate) struct Coefficients {
     pub(crate) a: Vec<Lanes>,
@@ -32,7 +32,8 @@ impl Coefficients {
         [self.a[at].load(simd), self.b[at].load(simd), self.c[at].load(simd)]
     }
 
-    /// From mass and damping of each degree of freedom; nothing moves where there is no mass.
+    /// Coefficients from mass and damping of each degree of freedom; 0 without mass, so that
+    /// nothing moves.
     fn new(n: usize, interval: f64, mass_properties: impl Fn(usize, usize) -> (f64, f64)) -> Self {
         let numbers = |i: usize, lane: usize| match mass_properties(i, lane) {
             (m, c) if m > 0.0 => {
@@ -49,29 +50,29 @@ impl Coefficients {
     }
 }
 
-/// (M2) for a step.
+/// Settings of (M2) for a step.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     /// Δt⁺ `[s]`; 1 in relaxation.
     pub(crate) time_step: f64,
-    /// Δt⁻, the step that the velocities are of `[s]`; 0: they are at the present time.
+    /// Δt⁻, the step of the velocities `[s]`; 0 if they are at the present time.
     pub(crate) before: f64,
-    /// h, over which forces change velocities `[s]`.
+    /// h, the time over which forces change velocities `[s]`.
     pub(crate) interval: f64,
-    /// One for each [`Inertia`], under the same number.
+    /// Coefficients for each [`Inertia`], under the same number.
     pub(crate) classes: Vec<Coefficients>,
     damping: Damping,
-    /// β of damping by the stiffness of the blocks `[s]`.
+    /// β of stiffness damping `[s]`.
     pub(crate) stiffness: f64,
     /// α of local damping.
     pub(crate) local: f64,
-    /// Relaxation: nothing here moves the nodes, only forces are balanced.
+    /// True in a relaxation: forces are only balanced, and (M2) moves no nodes.
     pub(crate) fictitious: bool,
 }
 
 impl Motion {
-    /// For a dynamic stage: damping of every kind in §6. Of the paper's form, eq. (9), that is the
-    /// mass-proportional part, and eq. (10).
+    /// Motion of a dynamic stage, with damping of every kind in §6. Of the paper's forms these are
+    /// the mass-proportional part of eq. (9), and eq. (10).
     pub(crate) fn dynamic(
         assembly: &Assembly,
         damping: Damping,
@@ -81,7 +82,7 @@ impl Motion {
         Self::over(assembly, damping, [before, time_step], 0.5 * (before + time_step))
     }
 
-    /// Coefficients with another h between Δt⁻ and Δt⁺.
+    /// Motion with another h between Δt⁻ and Δt⁺.
     pub(crate) fn over(
         assembly: &Assembly,
         damping: Damping,
@@ -113,28 +114,28 @@ impl Motion {
         }
     }
 
-    /// For the balance of forces in relaxation: unit masses, supports at rest.
+    /// Motion for the balance of forces in a relaxation: unit steps and no damping.
     pub(crate) fn relaxing(assembly: &Assembly) -> Self {
         Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0, 1.0) }
     }
 
-    /// Coefficients for velocities of another step.
+    /// Motion for velocities of another step.
     pub(crate) fn after(&self, assembly: &Assembly, before: f64) -> Self {
         Self::dynamic(assembly, self.damping, before, self.time_step)
     }
 
-    /// `Δt⁻/h`: the change of velocities times half of it leads to the present time, all of it to as far after
-    /// that as velocities were before.
+    /// Ratio `Δt⁻/h`. The change of velocities times half of it leads to the present time. Times
+    /// all of it, it leads as far beyond that time as the velocities were before it.
     pub(crate) fn behind(&self) -> f64 {
         self.before / self.interval
     }
 
-    /// True where some damping takes energy.
+    /// True if there is any damping.
     pub(crate) fn is_damped(&self) -> bool {
         self.damping != Damping::None
     }
 
-    /// Damping `c/m` of a degree of freedom with the stiffness k and the mass m, from `k/m` `[1/s]`.
+    /// Damping `c/m` of a degree of freedom with stiffness k and mass m `[1/s]`, from `k/m`.
     pub(crate) fn rate(&self, square: f64) -> f64 {
         match self.damping {
             Damping::Mass(alpha) => alpha,
@@ -143,7 +144,8 @@ impl Motion {
         }
     }
 
-    /// Damping `c/m` of the shift of a rigid body along each axis, and of its turning `[1/s]`.
+    /// Damping `c/m` of the translation of a rigid block along each axis, and of its rotation
+    /// `[1/s]`.
     pub(crate) fn rates(&self, mass_properties: &MassProperties) -> [f64; 4] {
         match self.damping {
             Damping::Mass(alpha) => [alpha; 4],
@@ -158,13 +160,13 @@ impl Motion {
         }
     }
 
-    /// The force under which (M2) turns velocity `now` into `target`.
+    /// Force with which (M2) changes the velocity `now` into `target`.
     pub(crate) fn force_for(&self, now: f64, target: f64, [a, b, _]: [f64; 3]) -> f64 {
         before_local_damping(self.local, (target - a * now) / b, now)
     }
 }
 
-/// `v⁺` of one component of a node of four bodies, (M2).
+/// Velocity `v⁺` of one component of a node of four blocks, (M2).
 #[inline(always)]
 pub(crate) fn advanced<S: Simd>(
     [a, b, _]: [f64x4<S>; 3],
@@ -174,7 +176,7 @@ pub(crate) fn advanced<S: Simd>(
     a * v + b * force
 }
 
-/// Local damping of one component of a node of four bodies.
+/// Local damping of one component of a node of four blocks.
 #[inline(always)]
 pub(crate) fn local_of_four<S: Simd>(
     simd: S,

@@ -1,4 +1,4 @@
-//! The first pass of a step: what it reads, where it writes, its working space.
+//! First pass of a step: its input, its output and its working space.
 
 use fearless_simd::{Simd, f64x4};
 
@@ -12,12 +12,12 @@ use ddem_mesh::in_situ::{InSitu, InSituLattice};
 use ddem_mesh::joint_sections::{FaceLattice, JointSections};
 use ddem_mesh::pack::{JointLattice, Neighbours};
 
-/// Damping of the bodies by their stiffness, `C = β K`.
+/// Stiffness damping of the blocks, `C = β K`.
 #[derive(Clone, Copy)]
 pub(crate) struct Viscous<'a> {
-    /// Velocities that it acts on `[m/s]`.
+    /// Velocities that are damped `[m/s]`.
     pub(crate) v: &'a [Lanes],
-    /// β of all deformable bodies `[s]`.
+    /// β of all deformable blocks `[s]`.
     pub(crate) stiffness: f64,
 }
 
@@ -27,14 +27,15 @@ pub(crate) struct Input<'a> {
     pub(crate) moved: NodePositions<'a>,
     pub(crate) assembly: &'a Assembly,
     pub(crate) sections: &'a JointSections,
-    /// The stress that was there at the start.
+    /// Initial stress.
     pub(crate) in_situ: Option<&'a InSitu>,
     pub(crate) look: PairContext<'a>,
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
-    /// Damping of the bodies, if any has it.
+    /// Stiffness damping of the blocks, if in use.
     pub(crate) viscous: Option<Viscous<'a>>,
-    /// Bodies by pack and lane that have supports; empty: none.
+    /// True for blocks that supports hold along all axes, by pack and lane; empty if there are
+    /// none.
     pub(crate) held: &'a [[bool; LANES]],
 }
 
@@ -46,25 +47,25 @@ pub(crate) struct Workspace {
     pub(crate) local: Vec<Lanes>,
     /// Local forces of one lattice.
     pub(crate) g: Vec<Lanes>,
-    /// Forces before some of its elements failed.
+    /// Forces before some of the elements failed.
     pub(crate) before: Vec<Lanes>,
-    /// The way of its nodes in the last step.
+    /// Displacement increments of the nodes in the last step.
     pub(crate) du: Vec<Lanes>,
-    /// Normal tractions, and squares of the shear tractions, of the pairs.
+    /// Normal tractions and squared shear tractions of the pairs.
     pub(crate) tractions: [Vec<f64>; 2],
 }
 
-/// Destination of the forces of one pack; they are added with the sign of a force on the nodes, `−K u`.
+/// Output for one pack. Forces have the sign of forces on the nodes, `−K u`.
 pub(crate) struct Output<'a> {
     /// Forces on the pack's own nodes `[N]`, overwritten.
     pub(crate) f: &'a mut [Lanes],
-    /// Viscous part of the forces, against the motion; overwritten where blocks are viscous.
+    /// Viscous part of the forces, against the motion; overwritten if blocks are viscous.
     pub(crate) viscous: Option<&'a mut [Lanes]>,
-    /// Forces on the upper neighbours' nodes `[N]` and torques `[N m]`, overwritten.
+    /// Forces on the nodes of upper neighbours `[N]` and torques on them `[N m]`, overwritten.
     pub(crate) neighbour_forces: &'a mut [Lanes],
-    /// Residual torque on the pack's own bodies `[N m]`, overwritten.
+    /// Residual torque on the pack's own blocks `[N m]`, overwritten.
     pub(crate) torque: &'a mut [Lanes; 3],
-    /// Strain energy `[J]` of the bodies and of the joint cells, when it is asked for.
+    /// Strain energy of the blocks and of the joints, if requested `[J]`.
     pub(crate) energy: Option<&'a mut [Lanes; 2]>,
     /// Losses of its joints, overwritten.
     pub(crate) losses: &'a mut Losses,
@@ -80,13 +81,13 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// The stress that was there at the start, in the bodies (0) or a joint lattice of a pack.
+    /// Initial stress in the blocks (offset 0) or a joint lattice of a pack.
     #[inline(always)]
     pub(crate) fn initial_stress(&self, at: JointLattice) -> Option<InSituLattice<'a>> {
         self.in_situ?.initial_stress(self.moved.packs, at.pack, at.offset)
     }
 
-    /// Pairs and seam of a joint lattice, if it is a face joint.
+    /// Pairs and section of a joint lattice, if it is a face joint.
     #[inline(always)]
     pub(crate) fn face(&self, at: JointLattice) -> Option<FaceLattice<'a>> {
         let JointLattice { pack, offset } = at;
@@ -99,8 +100,8 @@ impl<'a> Input<'a> {
         Some(FaceLattice { node_pairs, section: self.sections.get(pack, direction)? })
     }
 
-    /// Part of the couple of slip that a body takes against its upper neighbour: all if it alone
-    /// is held, none if only the other is, else half.
+    /// Part of the couple due to slip that a block takes against its upper neighbour: all if it
+    /// alone is held, none if only the neighbour is held, otherwise half.
     pub(crate) fn own_part(&self, upper: Neighbours, index: usize) -> Lanes {
         let held = |pack: usize, lane: usize| {
             f64::from(u8::from(self.held.get(pack).is_some_and(|lanes| lanes[lane])))
@@ -122,7 +123,7 @@ impl Workspace {
     }
 }
 
-/// `½ Σ u·g`.
+/// Half the work, `½ Σ u·g` `[J]`.
 #[inline(always)]
 pub(crate) fn half_work<S: Simd>(simd: S, u: &[Lanes], g: &[Lanes]) -> f64x4<S> {
     let mut sum = splat(simd, 0.0);

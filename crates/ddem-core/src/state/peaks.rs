@@ -1,4 +1,4 @@
-//! The largest velocities and stresses so far, where the deck asks for them.
+//! Largest velocities and stresses so far, if the deck has `peaks`.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -6,21 +6,21 @@ use serde::{Deserialize, Serialize};
 use crate::model::Model;
 use ddem_mechanics::math::lanes::Lanes;
 
-/// Nodes below which a part is not worth waking a thread for.
+/// Least number of nodes per parallel task.
 const FEWEST: usize = 2000;
 
-/// Largest values since the start of the run; empty where they are not asked for.
+/// Largest values since the start of the run; empty if they are not requested.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Peaks {
-    /// Squares of the speeds of the nodes `[m²/s²]`, in the layout of the state.
+    /// Squares of the largest speeds of the nodes `[m²/s²]`, in the layout of the state.
     pub(crate) speeds: Vec<Lanes>,
-    /// Of each element of each block the largest principal tension and compression, both from 0 up
+    /// Largest principal tension and compression of each element of each block, both at least 0
     /// `[Pa]`.
     pub(crate) stresses: Vec<Vec<[f64; 2]>>,
 }
 
 impl Peaks {
-    /// At the start of a run.
+    /// Peaks at the start of a run.
     pub(super) fn new(model: &Model) -> Self {
         if !model.properties.peaks {
             return Self::default();
@@ -32,7 +32,7 @@ impl Peaks {
         }
     }
 
-    /// Takes velocities into account.
+    /// Updates the peaks with velocities.
     pub(crate) fn note_velocities(&mut self, v: &[Lanes]) {
         let nodes = self.speeds.par_iter_mut().zip(v.par_chunks_exact(3));
         nodes.with_min_len(FEWEST).for_each(|(most, v)| {
@@ -43,7 +43,7 @@ impl Peaks {
         });
     }
 
-    /// Takes stresses into account: `note` does so with the elements of each block.
+    /// Updates the peaks with stresses. `note` does this for the elements of each block.
     pub(crate) fn note_stresses(&mut self, note: &(impl Fn(usize, &mut [[f64; 2]]) + Sync)) {
         let blocks = self.stresses.par_iter_mut().enumerate();
         blocks.for_each(|(block, elements)| note(block, elements));

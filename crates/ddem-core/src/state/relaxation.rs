@@ -4,51 +4,51 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-/// Steps over which the displacements must have stopped.
+/// Number of steps over which the displacements must have stopped.
 const WINDOW: usize = 50;
 
-/// Progress of a relaxation, which a checkpoint keeps.
+/// Progress of a relaxation. Checkpoints contain it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct RelaxationProgress {
-    /// Equal parts in which loads reach their value.
+    /// Number of equal parts in which loads reach their values.
     pub(crate) increments: u64,
-    /// The part that is being relaxed, from 1.
+    /// Increment that is being relaxed, counted from 1.
     pub(crate) increment: u64,
-    /// The stage whose strengths are those before.
+    /// Stage with the strengths at the start.
     pub(crate) left: usize,
-    /// The first of the stages that begin, if they do: their supports are driven.
+    /// First of the stages that begin, if any do; their supports are driven.
     pub(crate) driven: Option<usize>,
     /// Steps since the last restart.
     pub(crate) since_restart: u64,
-    /// Load factors before and after.
+    /// Load factors at the start (`from`) and at the end (`to`).
     pub(crate) from: Vec<f64>,
     pub(crate) to: Vec<f64>,
-    /// Failure has been looked for near this equilibrium.
+    /// True if failure has been checked near this equilibrium.
     pub(crate) looked: bool,
-    /// Blocks have turned far: masses turn with them.
+    /// True if blocks have rotated far, so that the masses rotate with them.
     pub(crate) turned: bool,
-    /// Looks in a row at which nothing but rounding was out of balance.
+    /// Number of successive checks at which only rounding was out of balance.
     pub(crate) rounded: u64,
-    /// The unbalanced ratio at the first of these.
+    /// Unbalanced force ratio at the first of these checks.
     pub(crate) least: f64,
-    /// Length of the way that relaxation has gone so far, and of the last steps of this part.
+    /// Path length of relaxation so far, and of the last steps of this increment (`last`) `[m]`.
     pub(crate) path_length: f64,
     pub(crate) last: VecDeque<f64>,
-    /// The largest `Σ (Q + R)²` so far.
+    /// Largest `Σ (Q + R)²` so far `[N²]`.
     pub(crate) most: f64,
-    /// `Σ F²` at the start, where nothing is applied.
+    /// Sum `Σ F²` at the start, if nothing is applied `[N²]`.
     pub(crate) first: f64,
 }
 
 impl RelaxationProgress {
-    /// Load factors of the part that is being relaxed.
+    /// Load factors of the increment that is being relaxed.
     pub(crate) fn present_factors(&self) -> Vec<f64> {
         let part = self.part();
         let between = |(from, to): (&f64, &f64)| from + (to - from) * part;
         self.from.iter().zip(&self.to).map(between).collect()
     }
 
-    /// Part of all increments that is being relaxed.
+    /// Fraction of the change of loads and strengths that the present increment reaches.
     pub(crate) fn part(&self) -> f64 {
         self.increment as f64 / self.increments as f64
     }
@@ -61,7 +61,7 @@ impl RelaxationProgress {
         }
     }
 
-    /// The last steps are short against the whole way; or nothing ever had to move.
+    /// True if the last steps are short relative to the whole path, or if nothing has had to move.
     pub(crate) fn has_stopped(&self, tolerance: f64) -> bool {
         let last: f64 = self.last.iter().sum();
         self.path_length == 0.0
@@ -73,7 +73,7 @@ impl RelaxationProgress {
         self.rest();
     }
 
-    /// Goes on from rest.
+    /// Restarts from rest.
     pub(crate) fn rest(&mut self) {
         self.since_restart = 0;
         self.last.clear();

@@ -10,10 +10,10 @@ use ddem_joint::contact::Patch;
 use ddem_mechanics::math::disjoint_sets::DisjointSets;
 use ddem_mesh::Vec3;
 
-/// Part of the motion of the block that moves most with which a block moves.
+/// Fraction of the largest motion of a block from which a block counts as moving.
 const MOVES: f64 = 0.01;
 
-/// Blocks on both sides of the contacts whose blocks are there.
+/// Blocks on both sides of each contact, without removed blocks.
 fn contacts<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
     let points = |patch: &&Patch| patch.bond.is_none() && !patch.points.is_empty();
     let contacts = state.contacts.patches.iter().filter(points);
@@ -21,14 +21,14 @@ fn contacts<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usi
     blocks.filter(|blocks| !blocks.iter().any(|&block| model.is_removed(block)))
 }
 
-/// Each two blocks that a joint or a contact is between, bonded or not.
+/// Pairs of blocks with a joint, bonded or not, or a contact between them.
 fn linked<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
     let joints = model.damages(&state.broken_joints, &state.contacts);
     let joints = joints.filter(|damage| !damage.is_released()).map(|damage| damage.blocks);
     joints.chain(contacts(model, state))
 }
 
-/// Each two blocks with failed pairs between them, or in contact, some of them twice.
+/// Pairs of blocks with failed pairs between them, or in contact; some occur twice.
 fn loose<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
     let joints = model.damages(&state.broken_joints, &state.contacts);
     let failed = joints.filter(Damage::has_failed).map(|damage| damage.blocks);
@@ -47,13 +47,15 @@ fn displacements(model: &Model, state: &State) -> Vec<[f64; 3]> {
 }
 
 impl State {
-    /// Starts the motion of neighbours anew: a stage begins, or an increment, or pairs have failed.
+    /// Restarts the watch of the motion of neighbours: a stage or an increment begins, or pairs
+    /// have failed.
     pub(crate) fn watch_anew(&mut self, model: &Model, stage: bool) {
         let displacements = displacements(model, self);
         self.watch.begin(self.steps, stage, displacements);
     }
 
-    /// Notes how far blocks have moved against each other since, where it is time to.
+    /// Records how far blocks have moved against each other since the last event, every [`LOOK`]
+    /// steps.
     pub(crate) fn watch_motion(&mut self, model: &Model, ratio: f64, relaxes: bool) {
         if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(LOOK) {
             return;
@@ -63,13 +65,13 @@ impl State {
             distance / a.min(b)
         };
         let most = self.apart(model).into_iter().map(part).fold(0.0, f64::max);
-        // A relaxation is over when blocks fall.
+        // A relaxation has ended by the time that blocks fall.
         let flight = if relaxes { 0.0 } else { self.flight(model) };
         self.watch.looks.push([most, ratio, flight]);
     }
 
-    /// Motion since the last event of blocks that nothing links to the largest group of blocks, against that group, as
-    /// a part of their edges: they fly or fall.
+    /// Largest motion since the last event of blocks that fly or fall, relative to the largest
+    /// group of linked blocks, as a fraction of an edge. Nothing links these blocks to that group.
     fn flight(&self, model: &Model) -> f64 {
         let n = model.n_blocks();
         let mut groups = DisjointSets::new(n);
@@ -89,14 +91,15 @@ impl State {
         free.map(part).fold(0.0, f64::max)
     }
 
-    /// Motion of neighbours that no joint holds together since the last event, by their blocks `[m]`.
+    /// Relative motion of neighbours with failed pairs or in contact since the last event, with
+    /// their blocks `[m]`.
     fn apart(&self, model: &Model) -> Vec<([usize; 2], f64)> {
         let (now, then) = (displacements(model, self), &self.watch.displacements[1]);
         let motion = |block: usize| Vec3::from(now[block]) - displacement_of(then, block);
         loose(model, self).map(|[a, b]| ([a, b], (motion(b) - motion(a)).norm())).collect()
     }
 
-    /// True where blocks that could move have been watched for long enough to be seen.
+    /// True if blocks that could move have been watched for long enough to detect their motion.
     pub(crate) fn is_known(&self, model: &Model, motion: &Motion) -> bool {
         let edge = |blocks: [usize; 2]| {
             let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block));
@@ -108,13 +111,14 @@ impl State {
         watched >= patience(edge, gravity, motion.local)
     }
 
-    /// The two blocks that have moved farthest against each other since, and how far `[m]`.
+    /// The two blocks that have moved farthest against each other since the last event, and their
+    /// relative motion `[m]`.
     pub(crate) fn farthest(&self, model: &Model) -> ([usize; 2], f64) {
         let farthest = self.apart(model).into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         farthest.unwrap_or_default()
     }
 
-    /// Blocks that have moved since the last event, those first that have gone farthest in the stage.
+    /// Blocks that have moved since the last event, by decreasing displacement in the stage.
     pub(crate) fn moving(&self, model: &Model) -> Vec<MovingBlock> {
         let [first, last] = &self.watch.displacements;
         let now = displacements(model, self);
@@ -128,7 +132,7 @@ impl State {
             .map(|block| {
                 let motion = motion(first, block);
                 let direction = motion.try_normalize(0.0).unwrap_or_default();
-                // No −0.00 in messages.
+                // This avoids −0.00 in messages.
                 let direction = direction.map(|d| if d.abs() < 5e-3 { 0.0 } else { d }).into();
                 MovingBlock {
                     set: model.set_name(block),
@@ -143,7 +147,7 @@ impl State {
     }
 }
 
-/// Displacement that a block had `[m]`; none in a state that was saved without it.
+/// Former displacement of a block `[m]`; zero in a state that was saved without it.
 fn displacement_of(displacements: &[[f64; 3]], block: usize) -> Vec3 {
     displacements
         .get(block)

@@ -11,20 +11,20 @@ use ddem_mechanics::math::lanes::Lanes;
 pub(crate) struct StageView {
     pub(crate) conditions: ActiveConditions,
     pub(crate) boundaries: ActiveBoundaries,
-    /// Forces of boundaries besides their dashpots.
+    /// Forces of boundaries without those of their dashpots.
     pub(crate) boundary_forces: Vec<BoundaryForce>,
-    /// Free-field columns as the next step finds and leaves them.
+    /// Motion of the free-field columns before and after the next step.
     pub(crate) columns: ColumnMotion,
-    /// Factor of each load, and of gravity.
+    /// Factors of the loads and charges, of the forces of programs, and of gravity.
     pub(crate) factors: Vec<f64>,
-    /// Velocity of each fix half a step ahead `[m/s]`.
+    /// Velocity of each support (`fix`) half a step ahead `[m/s]`.
     pub(crate) velocities: Vec<[f64; 3]>,
-    /// α of the bodies of each pack that slide, or nothing `[1/s]`.
+    /// α of the sliding blocks of each pack `[1/s]`; empty if none slides.
     pub(crate) sliding: Vec<Lanes>,
 }
 
 impl StageView {
-    /// Everything at rest.
+    /// View with everything at rest.
     pub(crate) fn new(model: &Model, state: &State) -> Self {
         let conditions = model.active(state.stage, &state.applied);
         let boundaries = ActiveBoundaries::new(
@@ -46,7 +46,8 @@ impl StageView {
         }
     }
 
-    /// After a change of the stage, the model or what programs apply: values go on as they are.
+    /// Renews supports, loads and boundaries after a change of the stage, the model or the forces
+    /// of programs. Factors and velocities stay as they are.
     pub(crate) fn renew(&mut self, model: &Model, state: &State) {
         let Self { conditions, boundaries, boundary_forces, .. } = Self::new(model, state);
         (self.conditions, self.boundaries, self.boundary_forces) =

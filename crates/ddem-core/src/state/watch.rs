@@ -1,58 +1,64 @@
-//! §7: whether blocks that no bonded joint holds go on moving against each other.
+//! Detection of blocks without a bonded joint that continue to move against each other (§7).
 //!
-//! A *look* every [`LOOK`] steps notes how far any two blocks have moved against each other since the last
-//! event (the start of a stage or an increment, or a failure), as a part of an edge, and the unbalanced force
-//! ratio. A mechanism slides on under an unbalanced force that stays; what finds an equilibrium
-//! slows down as its forces fade.
+//! Every [`LOOK`] steps a *look* records two values. The first is how far any two blocks have moved
+//! against each other since the last event (the start of a stage or an increment, or a failure), as
+//! a fraction of an edge. The second is the unbalanced force ratio. A mechanism continues to slide
+//! under a constant unbalanced force. Blocks that find an equilibrium slow down as their forces
+//! fade.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Steps from look to look.
+/// Number of steps between two looks.
 pub(super) const LOOK: u64 = 200;
-/// Steps after an event within which nothing is said.
+/// Least number of steps from an event to a verdict.
 const SOON: u64 = 1000;
-/// Steps to wait where no stage has been near equilibrium yet.
+/// Number of steps to wait if no stage has been near equilibrium yet.
 const UNKNOWN: u64 = 2500;
-/// Growth of a motion from the middle of the looks to the last one.
+/// Least growth of a continuing motion from the middle look to the last one, as a factor.
 const GROWS: f64 = 1.5;
-/// Part of the unbalanced ratio of the first half that a motion without end keeps in the second.
+/// Fraction of the unbalanced ratio of the second quarter of the looks that an endless motion keeps
+/// in the second half.
 const KEEPS: f64 = 0.8;
-/// Part of the way of the first half that blocks in time must go in the second, or they slow down. Friction
-/// takes more than this off the speed of what slides to rest.
+/// Fraction of the path of the first half below which blocks in a dynamic stage slow down in the
+/// second half. Friction reduces the path of blocks that slide to rest by more than this.
 const STEADY: f64 = 1.0 - 1e-4;
-/// Motion as a part of an edge that is more than what finds its place.
+/// Motion, as a fraction of an edge, beyond that of blocks that settle.
 pub(crate) const FAR: f64 = 0.02;
-/// Motion as a part of an edge with which a stage in time ends before its duration: blocks that settle on soft joints go far.
+/// Motion, as a fraction of an edge, at which a dynamic stage ends before its duration. Blocks that
+/// settle on soft joints move far.
 const GONE: f64 = 0.5;
-/// Parts of the way that the last eighth of the looks may have in a motion that goes on: less where it stops, more where
-/// blocks have just come together.
+/// Range of the last eighth of the looks in a continuing motion, as a fraction of its path. It is
+/// less if the motion stops, and more if blocks have just come together.
 const LATE: [f64; 2] = [0.1, 0.5];
-/// Motion as a part of an edge below which it may be rounding.
+/// Motion, as a fraction of an edge, below which it may be rounding.
 const LEAST: f64 = 1e-6;
-/// Times the first steps after which a motion that grows is one without end, however slow.
+/// Multiple of the first waiting time after which a growing motion is endless, however slow.
 const LONG: u64 = 4;
-/// Motion as a part of an edge that is none.
+/// Motion, as a fraction of an edge, that counts as none.
 const STILL: f64 = 1e-4;
-/// Part of its growth from the second to the third quarter with which a motion that comes to rest grows on.
+/// Fraction of its growth from the second to the third quarter by which a motion that comes to rest
+/// still grows from the third to the fourth.
 const FADES: f64 = 0.8;
-/// Part of the span of a motion by which the means of its last two quarters differ at most where it swings.
+/// Largest difference of the means of the last two quarters of a swinging motion, as a fraction of
+/// its span.
 const SWINGS: f64 = 0.25;
-/// Looks before a stage in time may end.
+/// Number of looks before a dynamic stage may end.
 const ENOUGH: usize = 10;
-/// Unbalanced force ratio with which blocks are at rest.
+/// Largest unbalanced force ratio of blocks at rest.
 const BALANCED: f64 = 1e-2;
-/// Part of gravity that may be left to speed blocks up which are at rest.
+/// Fraction of gravity that may still accelerate blocks at rest.
 const LEFT: f64 = 1e-3;
 
-/// Time within which blocks that speed up under a part of gravity are seen to move, for their edge `[m]`, an
-/// acceleration `[m/s²]` and the local damping of the stage `[s]`.
+/// Time within which the motion of blocks that accelerate under a fraction of gravity is detected
+/// `[s]`. `edge` is their edge `[m]`, `gravity` the acceleration `[m/s²]`, and `local` the local
+/// damping of the stage.
 pub(super) fn patience(edge: f64, gravity: f64, local: f64) -> f64 {
     if gravity == 0.0 {
         return 0.0;
     }
-    // A fourth quarter of `a t²/2` is 7/32 of `a t²`.
+    // In its fourth quarter the path `a t²/2` grows by 7/32 of `a t²`.
     (LEAST * edge * 32.0 / 7.0 / (LEFT * gravity * (1.0 - local))).sqrt()
 }
 
@@ -63,9 +69,9 @@ pub enum Verdict {
     /// In equilibrium.
     #[serde(rename = "at rest")]
     AtRest,
-    /// Blocks move on against each other.
+    /// Blocks continue to move against each other.
     Fails,
-    /// Neither can be said.
+    /// Neither is certain.
     #[default]
     Undecided,
 }
@@ -85,17 +91,17 @@ impl fmt::Display for Verdict {
 pub(crate) struct MotionWatch {
     /// Step of the last event.
     pub(crate) since: u64,
-    /// Most steps from an event to where its forces were nearly in equilibrium; 0: not known.
+    /// Largest number of steps from an event to near equilibrium; 0 if unknown.
     pub(super) calm: u64,
-    /// Motion of blocks that touch as a part of an edge, the unbalanced force ratio, and motion of blocks in flight,
-    /// at each look.
+    /// Values at each look: motion of touching blocks as a fraction of an edge, unbalanced force
+    /// ratio, and motion of blocks in flight.
     pub(super) looks: Vec<[f64; 3]>,
-    /// Mean displacement of each block at the start of the stage and at the event `[m]`.
+    /// Mean displacement of each block at the start of the stage and at the last event `[m]`.
     pub(super) displacements: [Vec<[f64; 3]>; 2],
 }
 
 impl MotionWatch {
-    /// An event: what moves from now on is new. The first one of a stage begins it.
+    /// Restarts the watch at an event. With `stage` the event is the start of a stage.
     pub(super) fn begin(&mut self, step: u64, stage: bool, displacements: Vec<[f64; 3]>) {
         if stage || self.displacements[0].len() != displacements.len() {
             self.displacements[0].clone_from(&displacements);
@@ -105,24 +111,26 @@ impl MotionWatch {
         self.looks.clear();
     }
 
-    /// Forces are nearly in equilibrium.
+    /// Notes that forces are nearly in equilibrium.
     pub(crate) fn note_calm(&mut self, step: u64) {
         self.calm = self.calm.max(step - self.since.min(step));
     }
 
-    /// True at a look after which forces have not faded for long although nothing moves on: slip that is mapped
-    /// from the last equilibrium takes no energy, and blocks that rattle on it need not come to rest.
+    /// True at a look if forces have not faded for long although no motion continues. Slip that is
+    /// mapped from the last equilibrium takes no energy, so that blocks which rattle on it need not
+    /// come to rest.
     pub(crate) fn rattles(&self, step: u64) -> bool {
         let steps = step - self.since;
         steps.is_multiple_of(LOOK) && steps >= self.known() && self.keeps()
     }
 
-    /// Steps after an event from which on something can be said.
+    /// Number of steps after an event from which a verdict is possible.
     fn known(&self) -> u64 {
         if self.calm == 0 { UNKNOWN } else { SOON.max(self.calm.saturating_mul(2)) }
     }
 
-    /// True where a relaxation has become a motion without end: it goes this far, as a part of an edge, or long on.
+    /// True if a relaxation has become an endless motion: it reaches `far`, as a fraction of an
+    /// edge, or continues for long.
     pub(crate) fn fails(&self, far: f64) -> bool {
         let known = self.known();
         let steps = LOOK * self.looks.len() as u64;
@@ -133,7 +141,7 @@ impl MotionWatch {
             && (far || steps >= known.saturating_mul(LONG))
     }
 
-    /// Verdict on a stage in time.
+    /// Verdict on a dynamic stage.
     pub(crate) fn verdict(&self, ratio: f64) -> Verdict {
         let motion: Vec<f64> = self.looks.iter().map(|look| look[0].max(look[2])).collect();
         let last = motion.last().copied().unwrap_or_default();
@@ -147,8 +155,8 @@ impl MotionWatch {
         }
     }
 
-    /// Verdict with which a stage in time ends early, if any. Blocks that fall may come to rest: only those that
-    /// slide or turn on others, steadily and far, fail.
+    /// Verdict with which a dynamic stage ends early, if any. Falling blocks may come to rest. Only
+    /// blocks that slide or rotate on others, steadily and far, fail.
     pub(crate) fn decided(&self, ratio: f64) -> Option<Verdict> {
         if self.looks.len() < ENOUGH {
             return None;
@@ -160,7 +168,8 @@ impl MotionWatch {
         }
     }
 
-    /// True where blocks that touch have gone half an edge far without slowing down, and all the way on each other.
+    /// True if touching blocks have moved by half an edge without slowing down, in contact all the
+    /// way.
     fn goes_on(&self) -> bool {
         let motion = self.touching();
         let last = motion.last().copied().unwrap_or_default();
@@ -168,12 +177,12 @@ impl MotionWatch {
         last >= GONE && grows(&motion) && !slows(&motion) && (LATE[0]..=LATE[1]).contains(&late)
     }
 
-    /// Motion of blocks that touch at each look.
+    /// Motion of touching blocks at each look.
     fn touching(&self) -> Vec<f64> {
         self.looks.iter().map(|look| look[0]).collect()
     }
 
-    /// True where the unbalanced force does not fade.
+    /// True if the unbalanced force does not fade.
     fn keeps(&self) -> bool {
         let half = self.looks.len() / 2;
         let least = |looks: &[[f64; 3]]| looks.iter().map(|look| look[1]).fold(f64::MAX, f64::min);
@@ -181,13 +190,13 @@ impl MotionWatch {
     }
 }
 
-/// True where the second half of a motion is as long as the first, nearly.
+/// True if a motion has grown by the factor [`GROWS`] since the middle look.
 fn grows(motion: &[f64]) -> bool {
     let Some(&last) = motion.last() else { return false };
     last >= LEAST && last >= GROWS * motion[motion.len() / 2]
 }
 
-/// True where the way of the second half is shorter than that of the first.
+/// True if the path of the second half is shorter than that of the first.
 fn slows(motion: &[f64]) -> bool {
     let half = motion.len() / 2;
     if half == 0 {
@@ -197,8 +206,9 @@ fn slows(motion: &[f64]) -> bool {
     both - first < STEADY * first
 }
 
-/// True where a motion grows less from the third to the fourth quarter than from the second to the third, in their
-/// means: vibration has none, and what has just begun to speed up, after blocks have settled, grows more.
+/// True if the mean of a motion grows less from the third to the fourth quarter than from the
+/// second to the third. A vibration does not grow. A motion that has just begun to accelerate,
+/// after blocks have settled, grows more.
 fn fades(motion: &[f64]) -> bool {
     let at = |quarter: usize| quarter * motion.len() / 4;
     let mean = |quarter: usize| {
@@ -209,7 +219,7 @@ fn fades(motion: &[f64]) -> bool {
     let late = &motion[at(2)..];
     let span = late.iter().fold(f64::MIN, |most, &x| most.max(x))
         - late.iter().fold(f64::MAX, |least, &x| least.min(x));
-    // What moves on one way has half of the span between the means.
+    // For a steady motion in one direction the means differ by half of the span.
     fourth - third < LEAST.max(FADES * (third - second)).max(SWINGS * span)
 }
 
@@ -217,12 +227,12 @@ fn fades(motion: &[f64]) -> bool {
 mod tests {
     use super::*;
 
-    /// Looks at a motion over steps.
+    /// Watch of a motion over some steps.
     fn watched(steps: u64, motion: impl Fn(f64) -> [f64; 2]) -> MotionWatch {
         flown(steps, |steps| (motion(steps), 0.0))
     }
 
-    /// A watch with blocks in flight.
+    /// Watch with blocks in flight.
     fn flown(steps: u64, motion: impl Fn(f64) -> ([f64; 2], f64)) -> MotionWatch {
         let look = |i: u64| {
             let ([touching, ratio], flight) = motion((i * LOOK) as f64);
@@ -237,11 +247,11 @@ mod tests {
 
     #[test]
     fn a_steady_push_fails() {
-        // Slip of a free block in a relaxation: it grows with the square of the steps.
+        // Slip of a free block in a relaxation grows with the square of the steps.
         let slides = |steps: f64| [1e-8 * steps * steps, 3e-3];
         assert!(!watched(800, slides).fails(FAR));
         assert!(watched(2000, slides).fails(FAR));
-        // However slow, in the end.
+        // A slow motion fails, too, in the end.
         let creeps = |steps: f64| [1e-12 * steps * steps, 3e-3];
         assert!(!watched(2000, creeps).fails(FAR));
         assert!(watched(6000, creeps).fails(FAR));
@@ -276,14 +286,14 @@ mod tests {
         assert_eq!(watched(10_000, slides).verdict(1e-4), Verdict::Fails);
         let creeps = |steps: f64| [1e-13 * steps * steps, 1e-4];
         assert_eq!(watched(10_000, creeps).verdict(1e-4), Verdict::Undecided);
-        // Blocks that settle at first, and then begin to slide.
+        // Blocks settle first and then begin to slide.
         let settles =
             |steps: f64| [2e-5 * (1.0 - (-steps / 200.0).exp()) + 5e-13 * steps * steps, 1e-4];
         assert_eq!(watched(4000, settles).verdict(1e-4), Verdict::Undecided);
-        // Blocks that swing on soft springs.
+        // Blocks swing on soft springs.
         let swings = |steps: f64| [3e-5 * (1.0 + (steps / 700.0).sin()), 1e-4];
         assert_eq!(watched(40_000, swings).verdict(1e-4), Verdict::AtRest);
-        // A shift late in the stage, and nothing since.
+        // Blocks shift late in the stage and then stop.
         let shifts = |steps: f64| [if steps < 6000.0 { 0.0 } else { 5e-6 }, 1e-4];
         assert_eq!(watched(10_000, shifts).verdict(1e-4), Verdict::AtRest);
         assert_eq!(watched(7_000, shifts).verdict(1e-4), Verdict::Undecided);
@@ -292,7 +302,7 @@ mod tests {
 
     #[test]
     fn blocks_that_slide_to_rest_in_time_do_not_fail() {
-        // From 3 m/s, over 1e5 steps of 10 µs.
+        // Blocks slide to rest from 3 m/s over 1e5 steps of 10 µs.
         let to_rest = |steps: f64| {
             let left = 1.0 - (steps / 1e5).min(1.0);
             [1.5 * (1.0 - left * left), 1e-4]
@@ -309,7 +319,7 @@ mod tests {
 
     #[test]
     fn blocks_that_fall_may_land() {
-        // Two edges down over 20 000 steps of which half are the fall.
+        // Blocks fall by two edges within 10 000 steps and lie on others afterwards.
         let lands = |steps: f64| {
             let fallen = 2.0 * (steps / 1e4).min(1.0).powi(2);
             if steps < 1e4 { ([0.0, 1.0], fallen) } else { ([fallen, 1e-4], 0.0) }

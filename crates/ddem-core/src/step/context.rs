@@ -1,4 +1,4 @@
-//! Model, conditions and settings of a step: all that it reads besides the state.
+//! Data that a step reads besides the state: model, conditions and settings.
 
 use super::first::FirstPass;
 use crate::force::boundary::Dashpots;
@@ -19,22 +19,23 @@ pub(crate) struct Context<'a> {
     pub(crate) motion: &'a Motion,
     /// Gravity times its factor `[m/s²]`.
     pub(super) gravity: [f64; 3],
-    /// As in [`FirstPass`].
+    /// True if failed pairs and contacts have no dashpots, as in [`FirstPass`].
     pub(super) undamped: bool,
-    /// As in [`FirstPass`].
+    /// Divisor of the tractions in the check for failure, as in [`FirstPass`]; `None`: no pair
+    /// fails.
     pub(crate) failing: Option<f64>,
-    /// As in [`FirstPass`].
+    /// True if rotated joints release their bonded pairs, as in [`FirstPass`].
     pub(crate) turning: bool,
-    /// A step in which pairs fail is not taken.
+    /// True if a step in which pairs fail is not taken.
     pub(crate) waits: bool,
-    /// Strain energies are asked for.
+    /// True if strain energies are requested.
     pub(crate) energies: bool,
     /// Present time `[s]`.
     pub(super) time: f64,
 }
 
 impl<'a> Context<'a> {
-    /// In which pairs fail, unless the model `holds`.
+    /// Context in which pairs fail, unless `holds`.
     pub(crate) fn new(
         model: &'a Model,
         state: &State,
@@ -62,7 +63,7 @@ impl<'a> Context<'a> {
         'a: 'b,
     {
         let motion = self.motion;
-        // At the start of a stage the step before is as long as the one that comes.
+        // At the start of a stage the former step counts as being as long as the next one.
         let du = match motion.before {
             _ if motion.fictitious => 0.0,
             0.0 => motion.time_step,
@@ -91,7 +92,7 @@ impl<'a> Context<'a> {
         (stiffness > 0.0).then_some(Viscous { v, stiffness })
     }
 
-    /// α of the bodies of a pack, if any of them slides `[1/s]`.
+    /// α of the blocks of a pack, if any of them slides `[1/s]`.
     pub(super) fn slides(&self, pack: usize) -> Option<Lanes> {
         self.view.sliding.get(pack).copied().filter(|&alpha| alpha != Lanes::ZERO)
     }
@@ -145,7 +146,7 @@ impl<'a> PackContext<'a> {
         self.pack.rigid
     }
 
-    /// Places of a row of nodes in a nodal field.
+    /// Number of values of a row of nodes in a nodal field.
     pub(super) fn row(&self) -> usize {
         3 * (self.divisions + 1)
     }

@@ -1,4 +1,4 @@
-//! Supports that go a way at once, between two equilibria.
+//! Displacement of supports at once, between two equilibria.
 
 use super::rigid::{follow, held_increments};
 use super::{Context, PackContext};
@@ -6,8 +6,9 @@ use crate::state::State;
 use ddem_mechanics::math::lanes::LANES;
 use ddem_mesh::parallel::node_start;
 
-/// Moves what is held by the ways `[m]` that the context has as velocities of its supports; of a rigid block
-/// what its supports have in common. Velocities, zero before, are these ways then.
+/// Moves supported nodes by the displacement increments `[m]` that the context has as velocities of
+/// its supports. A rigid block follows the common motion of its supports. The velocities, zero
+/// before, become these increments.
 pub(crate) fn shift(context: Context<'_>, state: &mut State) {
     let packs = &context.model.packs;
     for (index, pack) in packs.packs.iter().enumerate() {
@@ -34,7 +35,7 @@ pub(crate) fn shift(context: Context<'_>, state: &mut State) {
                 (0..LANES).for_each(|lane| u.0[lane] += increment.0[lane]);
             }
         }
-        // No component goes farther: the whole way is at most √3 times as long.
+        // The length of an increment is at most √3 times its largest component.
         let far = |lane: usize| {
             support_increments.iter().map(|increment| increment.0[lane].abs()).fold(0.0, f64::max)
         };

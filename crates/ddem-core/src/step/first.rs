@@ -1,4 +1,4 @@
-//! First pass: from displacements to forces, over bodies and joints.
+//! First pass of a step: forces of blocks and joints from displacements.
 
 use std::ops::Range;
 
@@ -24,17 +24,19 @@ use ddem_mesh::assembly::NO_TABLE;
 use ddem_mesh::pack::JointLattice;
 use ddem_mesh::parallel::{neighbour_force_start, node_start, spread};
 
-/// Options of the first pass.
+/// Input of the first pass.
 #[derive(Clone, Copy)]
 pub(crate) struct FirstPass<'a> {
     pub(crate) model: &'a Model,
     /// Displacements `[m]`.
     pub(crate) u: &'a [Lanes],
-    /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
+    /// Divisor of the tractions in the check for failure. Pairs whose divided traction still
+    /// exceeds their strength fail; `None`: no pair fails.
     pub(crate) failing: Option<f64>,
-    /// True if joints that have turned release their remaining pairs.
+    /// True if joints that have rotated release their bonded pairs.
     pub(crate) turning: bool,
-    /// As in [`PairContext`].
+    /// True if slip continues from the last equilibrium. [`PairContext`] has this flag and
+    /// `undamped`.
     pub(crate) relaxing: bool,
     pub(crate) undamped: bool,
     /// True if a step with new failures is discarded; contacts then stay unchanged.
@@ -43,19 +45,19 @@ pub(crate) struct FirstPass<'a> {
     pub(crate) time: f64,
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
-    /// Velocities and the time step that they are of, for the way of the last step.
+    /// Velocities and their time step, for the displacement increments of the last step.
     pub(crate) du: (&'a [Lanes], f64),
-    /// Damping of the bodies, if any has it.
+    /// Stiffness damping of the blocks, if in use.
     pub(crate) viscous: Option<Viscous<'a>>,
-    /// Bodies by pack and lane that have supports.
+    /// True for blocks that supports hold along all axes, by pack and lane.
     pub(crate) held: &'a [[bool; LANES]],
-    /// Without the rotations of the blocks, whatever the kinematics.
+    /// True if rotations of the blocks and initial stress are ignored, in any kinematics.
     pub(crate) linear: bool,
     pub(crate) energies: bool,
 }
 
 impl<'a> FirstPass<'a> {
-    /// The linear model, in which nothing fails.
+    /// First pass of the linear model, in which nothing fails.
     pub(crate) fn linear(model: &'a Model, u: &'a [Lanes]) -> Self {
         Self {
             model,
@@ -83,8 +85,8 @@ impl<'a> FirstPass<'a> {
     }
 }
 
-/// First pass: `f ← −K u` of the bodies, eq. (8), and of the joints, eq. (11) and §5, in each
-/// block's frame. Pairs fail, springs slip.
+/// Runs the first pass: `f ← −K u` of the blocks, eq. (8), and of the joints, eq. (11) and §5, in
+/// the frame of each block. Pairs fail and springs slip. Returns the losses.
 pub(crate) fn forces(
     pass: FirstPass<'_>,
     broken_joints: &mut BrokenJoints,
@@ -115,13 +117,13 @@ pub(crate) fn forces(
     }
     if losses.failed != [0; 2] {
         if pass.waits {
-            // A step that is not taken leaves contacts as they are.
+            // A step that is not taken leaves contacts unchanged.
             return losses;
         }
         losses.fracture += remove_cells(pass, broken_joints, scratch);
     }
     if let Some((contacts, contact_model)) = contacts {
-        // How far joints have moved: where no contacts are looked for they keep their pairs.
+        // Without a search for contacts joints keep their pairs and need no status.
         if contact_model.search {
             contacts.update_statuses(model.joint_lookup(), &model.laws, broken_joints);
         }
@@ -132,7 +134,7 @@ pub(crate) fn forces(
     losses
 }
 
-/// §9: where blocks may meet.
+/// Data of the contact search, and the configuration of the blocks (§9).
 fn search_context<'a>(
     pass: FirstPass<'a>,
     contact_model: &'a ContactModel,
@@ -166,8 +168,8 @@ pub(crate) fn input<'a>(pass: FirstPass<'a>, frames: &'a [Frame]) -> Input<'a> {
     }
 }
 
-/// Takes out the strips and corners around pairs that have just failed: from the next pass on.
-/// Returns the energy that was in them `[J]`.
+/// Removes the strips and corners around pairs that have just failed, from the next pass on.
+/// Returns the energy that they held `[J]`.
 fn remove_cells(
     pass: FirstPass<'_>,
     broken_joints: &mut BrokenJoints,
@@ -192,7 +194,7 @@ fn remove_cells(
     lost.value()
 }
 
-/// `f ← −K u` of the bodies and joints, added up at the nodes, without loads or supports.
+/// Computes `f ← −K u` of the blocks and joints, summed at the nodes, without loads or supports.
 pub(crate) fn internal_forces(
     pass: FirstPass<'_>,
     broken_joints: &mut BrokenJoints,

@@ -1,4 +1,4 @@
-//! §3: the frames of the bodies of a pack, from the displacements of its nodes.
+//! Frames of the blocks of a pack, from the displacements of its nodes (§3).
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -8,7 +8,7 @@ use ddem_mechanics::element::corotation::{Frame, fit};
 use ddem_mechanics::math::lanes::{LANES, Lanes, add, load_at, scale, splat, zero};
 use ddem_mechanics::rigid::Pose;
 
-/// The frame of a pack's rigid bodies in their poses.
+/// Frame of a pack's rigid blocks in their poses.
 pub(super) fn frame_of(poses: &[Pose; LANES]) -> Frame {
     let turns = poses.map(|pose| pose.turn.to_rotation_matrix());
     let mut frame = Frame::REST;
@@ -21,7 +21,7 @@ pub(super) fn frame_of(poses: &[Pose; LANES]) -> Frame {
     frame
 }
 
-/// The frame of a pack's bodies at displacements `u`.
+/// Frame of a pack's blocks at displacements `u`.
 #[simd]
 pub(super) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes]) -> Frame {
     let n = model.packs.shape_of(&model.packs.packs[index]).divisions;

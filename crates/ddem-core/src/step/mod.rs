@@ -1,9 +1,9 @@
-//! §6: one explicit step, t → t + Δt. Read this first.
+//! One explicit step, t → t + Δt (§6). Read this first.
 //!
-//! The paper's two passes, each over packs of four blocks. [`forces`]: the loop over bodies and
-//! joints, forces from displacements; pairs fail there. [`second_pass`]: what meets at a node is added up, in
-//! one order, and the nodes move, unless it is a trial. The order of physics inside a pack is read in
-//! [`run_second`].
+//! The paper's two passes run over packs of four blocks. [`forces`] is the loop over blocks and
+//! joints. It computes forces from displacements, and pairs fail there. [`second_pass`] sums the
+//! forces at each node in one order and moves the nodes, unless it is a trial. [`run_second`] shows
+//! the order of physics inside a pack.
 
 mod context;
 mod driving;
@@ -40,14 +40,14 @@ pub(crate) use first::{FirstPass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
 pub(crate) use rigid::{Poses, carry, present};
 
-/// Forces on a pack from others: shares of the joints at its lower sides, and contacts.
+/// Forces on a pack from others: those of the joints at its lower sides, and of contacts.
 #[derive(Clone, Copy)]
 struct NeighbourForces<'a> {
     neighbour_forces: &'a [Lanes],
     contacts: &'a Contacts,
 }
 
-/// State of a trial; joints and contacts go where a step would take them, nothing moves.
+/// State of a trial. Joints and contacts advance as in a step, but nothing moves.
 pub(crate) struct TrialStep<'a> {
     pub(crate) u: &'a [Lanes],
     pub(crate) v: &'a [Lanes],
@@ -56,8 +56,9 @@ pub(crate) struct TrialStep<'a> {
     pub(crate) contacts: &'a mut Contacts,
 }
 
-/// One explicit step, eq. (2) in the form (M2). Returns the sums over all nodes at time t and what
-/// the joints lost on the way there; nothing, and nothing moves, where it waits for failure.
+/// Takes one explicit step, eq. (2) in the form (M2). Returns the sums over all nodes at time t and
+/// the losses of the joints up to then. If a pair fails in a step that waits for failure, it
+/// returns nothing and nothing moves.
 #[doc(alias = "eq 2")]
 pub(crate) fn step(
     context: Context<'_>,
@@ -77,7 +78,7 @@ pub(crate) fn step(
     Some((sums, losses))
 }
 
-/// Forces, reactions and sums at time t, and strain energies if the context asks for them.
+/// Computes forces, reactions and sums at time t, and strain energies if the context requests them.
 pub(crate) fn balance(
     context: Context<'_>,
     trial: TrialStep<'_>,
@@ -89,7 +90,7 @@ pub(crate) fn balance(
     (second_pass(context, seen, contacts, scratch), losses)
 }
 
-/// Second pass: forces meet at the nodes, and the nodes move.
+/// Runs the second pass: sums the forces at the nodes and moves the nodes.
 fn second_pass(
     context: Context<'_>,
     motions: StateMotion<'_>,
@@ -105,7 +106,7 @@ fn second_pass(
     StepSums::total(&scratch.sums)
 }
 
-/// The order of physics: `F = Q − f_body − f_joint + R` at the nodes of each pack, then (M2).
+/// Runs the order of physics: `F = Q − f_body − f_joint + R` at the nodes of each pack, then (M2).
 #[simd]
 fn run_second<S: Simd>(
     simd: S,

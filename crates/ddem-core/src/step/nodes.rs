@@ -1,4 +1,4 @@
-//! §6: the second pass over the nodes of a pack of deformable bodies.
+//! Second pass over the nodes of a pack of deformable blocks (§6).
 
 use fearless_simd::{Simd, SimdBase};
 use fearless_simd_macros::simd;
@@ -13,7 +13,8 @@ use crate::step::scratch::{Access, PackFields};
 use ddem_mechanics::math::lanes::{Lanes, load, splat};
 use ddem_mechanics::math::sums::{StepSums, SumsByRow};
 
-/// Forces from others: of the joints at the lower sides, of contacts, and what the derivative of R adds.
+/// Adds the forces of others: of joints at the lower sides, of contacts, and those due to the
+/// derivative of R.
 #[simd]
 pub(super) fn collect<S: Simd>(
     simd: S,
@@ -41,7 +42,7 @@ pub(super) fn collect<S: Simd>(
     }
 }
 
-/// Loads, and what acts from outside whatever moves.
+/// Adds loads, and boundary forces that do not depend on the motion.
 #[simd]
 pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let external = External {
@@ -62,19 +63,19 @@ pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
     }
 }
 
-/// Dashpots of boundaries.
+/// Adds the forces of boundary dashpots.
 pub(super) fn resist(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let v = part.blocks.v.get();
     pack.dashpots.resist(pack.step.motion, pack.class, v, part.f, part.drags);
 }
 
-/// Supports answer with what is missing.
+/// Adds the reactions of supports.
 pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let v = part.blocks.v.get();
     pack.supports.react(pack.step.motion, pack.class, v, part.f, part.reactions);
 }
 
-/// Sums of a relaxation, which moves the nodes in another way.
+/// Computes the sums of a relaxation, which moves the nodes by a pass of its own.
 #[simd]
 pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let v = part.blocks.v.get();
@@ -96,7 +97,8 @@ pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &m
     *part.sums = sums;
 }
 
-/// Velocities by (M2), then displacements; in a trial their sums alone, those of energy among them.
+/// Advances velocities by (M2), then displacements. A trial computes the sums only, including those
+/// of energy.
 #[simd]
 pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let motion = pack.step.motion;
@@ -114,7 +116,7 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     let mut own = StepSums { applied: sums.applied, ..StepSums::default() };
     own.supports[0] = pack.supports.power(v, reactions);
     let drawn = pack.dashpots.power(v, drags);
-    // The velocity as far after the present time as the one before was before it.
+    // The kinetic energy uses a velocity as far after the present time as `old` is before it.
     let behind = splat(simd, motion.behind());
     let changes = motion.before != motion.time_step;
     let mut tally = SumsByRow::new(simd, pack.divisions);
@@ -159,7 +161,7 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     **sums = own;
 }
 
-/// `u⁺ = u + Δt v⁺`; returns the largest component of the velocities `[m/s]`.
+/// Moves the nodes, `u⁺ = u + Δt v⁺`; returns the largest velocity component `[m/s]`.
 #[inline(always)]
 fn displace<S: Simd>(simd: S, time_step: f64, v: &[Lanes], u: &mut [Lanes]) -> Lanes {
     let time_step = splat(simd, time_step);

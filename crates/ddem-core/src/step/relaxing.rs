@@ -15,8 +15,8 @@ use ddem_mechanics::math::lanes::{Lanes, splat};
 use ddem_mechanics::math::sums::{StepSums, SumsByRow};
 use ddem_mesh::parallel::{node_start, rigid_start, spread};
 
-/// Second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, M coupled across the gaps.
-/// Leaves `Σ F·v⁺` and `Σ v⁺·v⁺` in the sums.
+/// Runs the second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, with M coupled across
+/// the gaps. The sums contain `Σ F·v⁺` and `Σ v⁺·v⁺`.
 pub(crate) fn advance_relaxing(
     model: &Model,
     preconditioner: &Preconditioner,

@@ -1,7 +1,7 @@
-//! §8: the second pass over a pack of rigid bodies.
+//! Second pass over a pack of rigid blocks (§8).
 //!
-//! Their corners have collected forces as nodes do. What these amount to moves the six degrees of
-//! freedom, and the corners follow.
+//! Their corners collect forces as nodes do. The resultant moves the six degrees of freedom, and
+//! the corners follow.
 
 use super::{Context, PackContext};
 use crate::force::rigid::{RigidBlock, at};
@@ -14,7 +14,7 @@ use ddem_mechanics::math::leapfrog::local_damping;
 use ddem_mechanics::math::sums::StepSums;
 use ddem_mechanics::rigid::{Pose, RigidCoefficients, RigidConstraint, SpatialVector};
 
-/// Poses of the bodies of a pack.
+/// Poses of the blocks of a pack.
 pub(crate) type Poses = [Pose; LANES];
 
 impl<'a> PackContext<'a> {
@@ -30,7 +30,8 @@ impl<'a> PackContext<'a> {
     }
 
     fn constraint(&self, member: &RigidBlock<'_>) -> Option<RigidConstraint> {
-        // A corner goes along the chord of its way: as it lies halfway there it is held.
+        // A corner moves along the chord of its path. The constraint uses its position halfway
+        // there.
         let motion = self.step.motion;
         let ahead = if motion.fictitious { 0.0 } else { 0.5 * motion.time_step };
         let pose = member.pose.turned_on(member.mass_properties, ahead);
@@ -39,7 +40,8 @@ impl<'a> PackContext<'a> {
     }
 }
 
-/// Ways of the corners of the bodies of a pack, whose supports have the velocities for ways `[m]`.
+/// Sets the displacement increments of the corners of a pack's blocks `[m]`. The velocities of the
+/// supports are the increments of the supports.
 pub(super) fn held_increments(
     pack: &PackContext<'_>,
     poses: &Poses,
@@ -53,7 +55,8 @@ pub(super) fn held_increments(
     }
 }
 
-/// Supports answer, and the forces on the corners become those that are equivalent to all.
+/// Adds the reactions of supports, and replaces the forces on the corners by those equivalent to
+/// the total.
 pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let Supports { list, first, .. } = pack.supports;
     let poses = part.blocks.poses.get()[0];
@@ -74,13 +77,13 @@ pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     *part.torque = [Lanes::ZERO; 3];
 }
 
-/// One body's step: its pose with the velocities after it, and powers.
+/// Step of one block: its pose with the velocities after the step, powers and energies.
 #[derive(Default)]
 struct RigidStep {
     next: Pose,
     damping: [f64; 2],
     kinetic: f64,
-    /// As in [`StepSums`].
+    /// Contributions to `power` and `change` of [`StepSums`].
     power: f64,
     change: f64,
 }
@@ -134,7 +137,7 @@ fn rigid_step(pack: &PackContext<'_>, member: &RigidBlock<'_>, f: &[Lanes]) -> R
     }
 }
 
-/// Local damping of each of the six.
+/// Local damping of each of the six degrees of freedom.
 fn local(alpha: f64, wrench: SpatialVector, twist: SpatialVector) -> SpatialVector {
     let each = |force: f64, v: f64| local_damping(alpha, force, v);
     SpatialVector {
@@ -143,7 +146,7 @@ fn local(alpha: f64, wrench: SpatialVector, twist: SpatialVector) -> SpatialVect
     }
 }
 
-/// Sums of a relaxation, which moves the bodies in another way.
+/// Computes the sums of a relaxation, which moves the blocks by a pass of its own.
 pub(super) fn relaxation_sums(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let mut sums = StepSums { applied: part.sums.applied, ..StepSums::default() };
     let v = part.blocks.v.get();
@@ -161,7 +164,7 @@ pub(super) fn relaxation_sums(pack: &PackContext<'_>, part: &mut PackFields<'_>)
     *part.sums = sums;
 }
 
-/// Moves the bodies of a pack, and their corners; in a trial leaves their sums alone.
+/// Moves the blocks of a pack and their corners. A trial computes their sums only.
 pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let PackFields { blocks, f, sums: of_pack, reactions, q, loaded, room, .. } = part;
     let before = blocks.poses.get()[0];
@@ -212,7 +215,7 @@ pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     **of_pack = sums;
 }
 
-/// Puts the corners of a body where its pose takes them.
+/// Sets the displacements of the corners of a block from its pose.
 fn place_corners(member: &RigidBlock<'_>, u: &mut [Lanes]) {
     for corner in 0..8 {
         let value = member.pose.displacement(&member.mass_properties.arm(corner));
@@ -220,8 +223,8 @@ fn place_corners(member: &RigidBlock<'_>, u: &mut [Lanes]) {
     }
 }
 
-/// Poses with the velocities at the present time, between the half steps before and after, under the
-/// forces `f` that were last balanced.
+/// Poses with the velocities at the present time, between the half steps before and after, under
+/// the last forces `f`.
 pub(crate) fn present(context: Context<'_>, index: usize, poses: &Poses, f: &[Lanes]) -> Poses {
     let pack = PackContext::new(context, index);
     let now = |lane: usize| {
@@ -231,7 +234,7 @@ pub(crate) fn present(context: Context<'_>, index: usize, poses: &Poses, f: &[La
     std::array::from_fn(|lane| if lane < pack.pack.filled { now(lane) } else { poses[lane] })
 }
 
-/// Sets the velocities of the corners of a pack to those of its bodies.
+/// Sets the velocities of the corners of a pack to those of its blocks.
 pub(crate) fn carry(model: &Model, index: usize, poses: &Poses, v: &mut [Lanes]) {
     let pack = &model.packs.packs[index];
     for (lane, pose) in poses.iter().enumerate().take(pack.filled) {
@@ -240,8 +243,9 @@ pub(crate) fn carry(model: &Model, index: usize, poses: &Poses, v: &mut [Lanes])
     }
 }
 
-/// In relaxation the bodies of a pack go as their corners do, whose velocities `v` are the ways of
-/// this step; the corners are put where that takes them.
+/// Moves the blocks of a pack in a relaxation as their corners move. The velocities `v` of the
+/// corners are their displacement increments in this step. Then sets the displacements of the
+/// corners from the poses.
 pub(super) fn follow(model: &Model, index: usize, poses: &mut Poses, u: &mut [Lanes], v: &[Lanes]) {
     let pack = &model.packs.packs[index];
     for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {

@@ -1,6 +1,6 @@
-//! Damping of the bodies that slide, with the velocities that a step is about to give them.
+//! Damping of sliding blocks, with the velocities at the end of a step.
 //!
-//! Forces of the velocity of before, half a step old, would make the critical step shorter.
+//! Damping forces of the former velocities, half a step old, would reduce the critical step.
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -12,8 +12,8 @@ use crate::state::motion::advanced;
 use crate::step::scratch::PackFields;
 use ddem_mechanics::math::lanes::{Lanes, load, splat};
 
-/// Slows the deformation of the bodies of a pack: `f −= α/(1 + α h) M (v* − v̄*)` with the `v*` that (M2) gives under
-/// the forces of all others, so that `α M (v⁺ − v̄⁺)` is what acts.
+/// Damps the deformation of the blocks of a pack: `f −= α/(1 + α h) M (v* − v̄*)` with the `v*`
+/// that (M2) gives under all other forces. The force that acts is then `α M (v⁺ − v̄⁺)`.
 #[simd]
 pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let Some(alpha) = pack.step.slides(pack.index) else { return };

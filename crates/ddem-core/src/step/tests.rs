@@ -1,4 +1,4 @@
-//! Strips and corners removed with a pair, compared with all elements that hold both its nodes.
+//! Comparison of the strips and corners removed with a pair with all elements that hold both nodes.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use ddem_mesh::properties::Kinematics;
 /// Pack, lane and local number of a node.
 type Node = (usize, usize, usize);
 
-/// Blocks of 1 m with joints of 0.02 m between them, one of them left out.
+/// Model of blocks of 1 m with joints of 0.02 m between them; the block `removed` is left out.
 fn model(count: [usize; 3], divisions: usize, removed: Option<[usize; 3]>) -> Model {
     let rock = Elastic::new(2400.0, 18e9, 0.25);
     let section = JointProperties {
@@ -73,7 +73,7 @@ fn model(count: [usize; 3], divisions: usize, removed: Option<[usize; 3]>) -> Mo
     }))
 }
 
-/// A node of a joint lattice, given by its place there.
+/// Node of a joint lattice, given by its place there.
 fn node(model: &Model, pack: usize, lane: usize, offset: usize, node_pair: usize) -> Node {
     let packs = &model.packs;
     let node = packs.shape_of(&packs.packs[pack]).joints[offset][node_pair];

@@ -1,8 +1,8 @@
-//! §6: the critical step, `Δt = 2/ω_max` with `ω_max²` the largest eigenvalue of `M⁻¹ K`.
+//! Critical step `Δt = 2/ω_max`, with `ω_max²` the largest eigenvalue of `M⁻¹ K` (§6).
 //!
-//! Power iteration on the real operator, in the form of Lanczos: the Krylov space of the same
-//! products, from which the largest eigenvalue comes to rounding in some dozens of them. Supports
-//! are left out: they can only lower it.
+//! This is a power iteration on the operator of the step, in the form of Lanczos. It uses the
+//! Krylov space of the same products and needs only some dozens of them for the largest eigenvalue,
+//! accurate to rounding. Supports are left out, because they can only decrease the eigenvalue.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -23,15 +23,15 @@ use ddem_mesh::inertia::Inertia;
 use ddem_mesh::pack::Pack;
 use ddem_mesh::parallel::{each_pack, node_start};
 
-/// Most products with K.
+/// Largest number of products with K.
 const MOST_STEPS: usize = 120;
-/// Relative change of the eigenvalue over [`PATIENCE`] products at which it is found.
+/// Relative change of the eigenvalue over [`PATIENCE`] products at which the iteration ends.
 const TOLERANCE: f64 = 1e-10;
 const PATIENCE: usize = 8;
 
-/// Largest eigenvalue of `M⁻¹ K` for diagonal masses, given for each degree of freedom by
-/// (inertia, place, lane). `added` is what each node of deformable bodies has besides, for its mass; empty: nothing.
-/// An error where `stop` says so.
+/// Largest eigenvalue of `M⁻¹ K` for diagonal masses `[1/s²]`. `mass` gives the mass of each degree
+/// of freedom by (inertia, place, lane). `added` is the additional stiffness over mass of each node
+/// of deformable blocks; empty if there is none. Returns an error when `stop` returns true.
 pub(crate) fn largest_eigenvalue(
     model: &Model,
     broken_joints: &mut BrokenJoints,
@@ -85,13 +85,13 @@ pub(crate) fn largest_eigenvalue(
     Ok(values.last().copied().unwrap_or(0.0))
 }
 
-/// `M^{-½} K M^{-½}`: the eigenvalues of `M⁻¹ K`, and symmetric.
+/// Operator `M^{-½} K M^{-½}`, which is symmetric and has the eigenvalues of `M⁻¹ K`.
 struct Operator<'a> {
     model: &'a Model,
-    /// `m^{-½}` of the nodes of equal packs.
+    /// Inverse roots `m^{-½}` of the masses of the nodes of equal packs.
     roots: Vec<Vec<Lanes>>,
     blocks: RigidModes,
-    /// Stiffness over mass of each node besides K; empty: none.
+    /// Stiffness over mass of each node in addition to K `[1/s²]`; empty if there is none.
     added: &'a [Lanes],
 }
 
@@ -100,7 +100,7 @@ impl Operator<'_> {
         &self.roots[self.model.assembly.pack_inertia[pack] as usize]
     }
 
-    /// `M^{-½} q`: displacements, of which K gives forces.
+    /// Computes `M^{-½} q`: displacements, to which K gives forces.
     fn scale(&self, q: &[Lanes], scaled: &mut [Lanes]) {
         over_packs(self.model, [scaled], |pack, range, [scaled]| {
             if self.model.packs.packs[pack].rigid {
@@ -114,7 +114,7 @@ impl Operator<'_> {
         });
     }
 
-    /// `w = A q − β q₋` in the place of `q₋`, from the forces −f, and `w·q`.
+    /// Replaces `q₋` in `before` by `w = A q − β q₋`, from the forces −f; returns `w·q`.
     fn product(&self, q: &[Lanes], f: &mut [Lanes], beta: f64, before: &mut [Lanes]) -> f64 {
         over_packs(self.model, [f, before], |pack, range, [f, before]| {
             let mut own = 0.0;
@@ -134,7 +134,7 @@ impl Operator<'_> {
     }
 }
 
-/// Takes `α q` from `w`; returns the length of the rest.
+/// Subtracts `α q` from `w`; returns the norm of the rest.
 fn take_part(model: &Model, alpha: f64, q: &[Lanes], w: &mut [Lanes]) -> f64 {
     let square = over_packs(model, [w], |_, range, [w]| {
         let mut own = 0.0;
@@ -149,7 +149,8 @@ fn take_part(model: &Model, alpha: f64, q: &[Lanes], w: &mut [Lanes]) -> f64 {
     square.sqrt()
 }
 
-/// Exact sum of what `op` returns for each pack, its places in a nodal field, and its parts of some.
+/// Exact sum of the values that `op` returns for each pack. `op` receives the pack, its range in a
+/// nodal field, and its parts of the fields.
 fn over_packs<const N: usize>(
     model: &Model,
     fields: [&mut [Lanes]; N],
@@ -163,8 +164,8 @@ fn over_packs<const N: usize>(
     sum(sums)
 }
 
-/// Rigid bodies have six numbers each, in the first places of their corners: shift and turn, scaled
-/// by `m^{-½}` and `I^{-½}`.
+/// Inverse roots `I^{-½}` of the inertias of rigid blocks. Such a block has six values in the first
+/// places of its corners: translation and rotation, scaled by `m^{-½}` and `I^{-½}`.
 struct RigidModes(Vec<[Matrix3<f64>; LANES]>);
 
 impl RigidModes {
@@ -173,7 +174,7 @@ impl RigidModes {
         Self(rigid.map(|pack| std::array::from_fn(|lane| pack[lane].inverse_root())).collect())
     }
 
-    /// Displacements of the corners from the six numbers.
+    /// Computes the displacements of the corners from the six values.
     fn corners(&self, model: &Model, pack: usize, six: &[Lanes], u: &mut [Lanes]) {
         let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
         for lane in 0..filled {
@@ -188,7 +189,7 @@ impl RigidModes {
         }
     }
 
-    /// The six numbers from forces on the corners, in their place.
+    /// Replaces the forces on the corners by the six values.
     fn resultants(&self, model: &Model, pack: usize, f: &mut [Lanes]) {
         let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
         for lane in 0..filled {
@@ -212,7 +213,8 @@ fn three(field: &[Lanes], first: usize, lane: usize) -> Vector3<f64> {
     Vector3::from([0, 1, 2].map(|c| field[first + c].0[lane]))
 }
 
-/// `m^{-½}` of the nodes of equal packs; 0 where there is no mass, 1 in rigid bodies.
+/// Inverse roots `m^{-½}` of the masses of the nodes of equal packs; 0 without mass, 1 in rigid
+/// blocks.
 fn inverse_roots(model: &Model, mass: &dyn Fn(&Inertia, usize, usize) -> f64) -> Vec<Vec<Lanes>> {
     let root = |m: f64| if m > 0.0 { 1.0 / m.sqrt() } else { 0.0 };
     let class = |inertia: &Inertia| {
@@ -228,7 +230,8 @@ fn inverse_roots(model: &Model, mass: &dyn Fn(&Inertia, usize, usize) -> f64) ->
     roots
 }
 
-/// A unit vector that favours no mode: numbers from a fixed sequence for each pack, none where no body is.
+/// Unit vector that favours no mode: numbers of a fixed sequence for each pack, 0 in lanes without
+/// a block.
 fn start(model: &Model, n: usize) -> Vec<Lanes> {
     let mut q = vec![Lanes::ZERO; n];
     let square = over_packs(model, [&mut q], |pack, _, [q]| {
@@ -262,13 +265,14 @@ fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
     matrix.symmetric_eigenvalues().max()
 }
 
-/// Largest eigenvalue of `M⁻¹K` for the clustered masses of relaxation, by power iteration: the
-/// inverse masses of held degrees of freedom are zero, so they stay out.
+/// Largest eigenvalue of `M⁻¹K` for the clustered masses of relaxation, by power iteration. The
+/// inverse masses of held degrees of freedom are zero, so that these do not take part.
 ///
-/// The quotient weighs modes by their energy, of which those that open a joint have `h/t` times as much
-/// as the others: where joints are very thin it takes them, whose eigenvalue is at most 9/4, for the
-/// largest until the others have outgrown them. The displacements tell: they grow by the largest
-/// eigenvalue at every product, whatever the thickness.
+/// The Rayleigh quotient weighs modes by their energy. Modes that open a joint have `h/t` times as
+/// much energy as the others, and their eigenvalue is at most 9/4. If joints are very thin, the
+/// quotient therefore gives their eigenvalue until the other modes have outgrown them. The
+/// displacements show this: they grow by the largest eigenvalue at every product, for any
+/// thickness.
 pub(crate) fn largest_clustered(
     model: &Model,
     preconditioner: &Preconditioner,
@@ -319,9 +323,9 @@ pub(crate) fn largest_clustered(
     Ok(largest)
 }
 
-/// Bound of the largest eigenvalue of `M⁻¹K` for the stiffnesses `k A Aᵀ` of gases, given as nodes, k and
-/// the areas A, and the clustered masses of relaxation: Gershgorin's, of the matrix of one row a gas that
-/// has the same eigenvalues.
+/// Upper bound of the largest eigenvalue of `M⁻¹K` for the stiffnesses `k A Aᵀ` of gases and the
+/// clustered masses of relaxation. `gases` gives the nodes, k and the areas A. This is Gershgorin's
+/// bound of a matrix with one row per gas that has the same eigenvalues.
 pub(crate) fn largest_of_gases(
     model: &Model,
     preconditioner: &Preconditioner,
@@ -329,7 +333,7 @@ pub(crate) fn largest_of_gases(
     scratch: &mut Scratch,
 ) -> f64 {
     let mut largest: f64 = 0.0;
-    // Only what is at walls is asked for: the work does not grow with the model.
+    // Only nodes at walls are computed, so that the work does not grow with the model.
     let places = gases.iter().flat_map(|(nodes, ..)| nodes);
     let walls: BTreeSet<usize> = places.map(|node| model.node_slot(*node as usize).pack).collect();
     scratch.f.fill(Lanes::ZERO);

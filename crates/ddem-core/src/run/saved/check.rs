@@ -15,7 +15,7 @@ use ddem_mechanics::rigid::Pose;
 use ddem_mesh::SurfacePoint;
 use ddem_mesh::assembly::NO_TABLE;
 
-/// More steps than any run takes: what is beyond is no count of steps.
+/// Largest valid number of steps, more than any run takes.
 const MOST_STEPS: u64 = 1 << 53;
 
 type Checked = Result<(), RestoreError>;
@@ -24,7 +24,7 @@ pub(super) fn expect(sound: bool, what: &str) -> Checked {
     if sound { Ok(()) } else { Err(RestoreError::Damaged { what: what.to_owned() }) }
 }
 
-/// Stages that the model has, by the model at its start.
+/// Checks the stages of a state with the model at its start.
 pub(super) fn stages(model: &Model, state: &State, run: &RunState) -> Checked {
     let &State { stage, fresh, .. } = state;
     let runs = stage < model.n_stages();
@@ -37,7 +37,7 @@ pub(super) fn stages(model: &Model, state: &State, run: &RunState) -> Checked {
     expect(released.eq(model.fading(0, stage)), "no such blocks have been removed")
 }
 
-/// Times and counts.
+/// Checks times and counts.
 pub(super) fn run(model: &Model, state: &State, run: &RunState) -> Checked {
     let steps = state.steps;
     let times = [state.time, state.before, run.time_step, run.initial_energy];
@@ -57,7 +57,8 @@ pub(super) fn run(model: &Model, state: &State, run: &RunState) -> Checked {
     expect(factors && parts && counts, "its relaxation is none")
 }
 
-/// All arrays. Displacements and velocities may be anything: a run that has diverged may be looked at.
+/// Checks all arrays. Displacements and velocities may have any value, so that a diverged run can
+/// be examined.
 pub(super) fn state(model: &Model, state: &State) -> Checked {
     let State { u, v, applied, locked_reactions, released, .. } = state;
     let n = 3 * model.packs.nodes;
@@ -93,14 +94,14 @@ fn peaks(model: &Model, peaks: &Peaks) -> Checked {
     expect(fits, "its peaks are more or fewer")
 }
 
-/// True where numbers are those of a pose; nothing is left of it where a run has diverged.
+/// True if the numbers form a pose, which they need not in a diverged run.
 fn is_sound(pose: &Pose) -> bool {
     let Pose { shift, turn, velocity, momentum } = pose;
     let turns = (turn.coords.norm_squared() - 1.0).abs() < 1e-9;
     turns && [shift, velocity, momentum].iter().all(|v| v.iter().all(|x| x.is_finite()))
 }
 
-/// Broken joints are lattices that the model has.
+/// Checks that broken joints are lattices of the model.
 fn broken_joints(model: &Model, broken_joints: &BrokenJoints) -> Checked {
     let packs = &model.packs;
     expect(broken_joints.packs.len() == packs.packs.len(), "its joints are more or fewer")?;
@@ -119,7 +120,7 @@ fn broken_joints(model: &Model, broken_joints: &BrokenJoints) -> Checked {
     Ok(())
 }
 
-/// Contacts and blocks that may meet are of two blocks each, in order.
+/// Checks that contacts and near pairs have two blocks each, in order.
 fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
     let (n, start) = (model.n_blocks(), model.contacts());
     let sizes = |contacts: &Contacts| [contacts.joints.len(), contacts.travel.len()];
@@ -142,7 +143,8 @@ fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
     expect(sound && patches.iter().all(|patch| is_on(model, patch, diverged)), "contacts are none")
 }
 
-/// True where a patch is on faces of its blocks; where exactly may not be known in a run that has diverged.
+/// True if a patch is on faces of its blocks. Its positions there are not checked in a diverged
+/// run.
 fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
     let CombinedSurface {
         surface,
@@ -165,7 +167,7 @@ fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
     sizes && rest && faces && patch.points.iter().all(point)
 }
 
-/// True where all numbers of a patch are finite, and its axes unit vectors.
+/// True if all numbers of a patch are finite and its axes are unit vectors.
 fn is_finite(patch: &Patch) -> bool {
     let CombinedSurface { surface, stiffness: SpringStiffness { normal, shear }, dashpot, .. } =
         patch.both;
@@ -196,7 +198,7 @@ fn is_finite(patch: &Patch) -> bool {
         && patch.points.iter().all(point)
 }
 
-/// Joints between faces that do not match hold as many points as at the start, or have ended.
+/// Checks that nonconforming joints have as many points as at the start, or have ended.
 fn bonds(model: &Model, contacts: &Contacts) -> Checked {
     let held = contacts.patches.iter().filter_map(|patch| {
         let bond = patch.bond?;

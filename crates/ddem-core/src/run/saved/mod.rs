@@ -1,7 +1,7 @@
-//! A simulation as bytes, from which it goes on bit for bit.
+//! Encoding of a simulation as bytes, from which it continues bit for bit.
 //!
-//! All that changes is in [`State`], and its encoding is derived: a new field of it is in here by itself. It asks for
-//! another [`FORMAT`].
+//! All variables are in [`State`], and its encoding is derived. A new field is therefore included
+//! automatically, but it requires another [`FORMAT`].
 
 mod check;
 
@@ -16,19 +16,20 @@ use crate::state::motion::Motion;
 use crate::state::{RelaxationProgress, State};
 use ddem_mechanics::math::simd::Simd;
 
-/// Number of the encoding: another one where anything in it has other fields.
+/// Number of the encoding. Any change of its fields requires another number.
 const FORMAT: u32 = 3;
 
-/// State of a simulation without its model, as bytes: to be kept, and given to [`Simulation::restore`].
+/// State of a simulation without its model, as bytes. Store it, and pass it to
+/// [`Simulation::restore`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Saved {
     bytes: Vec<u8>,
 }
 
-/// Reason why a simulation cannot go on from what was saved.
+/// Reason why a simulation cannot continue from a saved state.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RestoreError {
-    /// Another version of the program wrote it.
+    /// Another version of the program wrote the state.
     #[error(
         "its state has format {found}, and this version of ddem reads format {FORMAT}: go on with the version that wrote \
          it, or run again from the start"
@@ -42,12 +43,12 @@ pub enum RestoreError {
     Model {
         /// Quantity that differs.
         what: &'static str,
-        /// Number in the model that it belongs to.
+        /// Number in the model of the state.
         saved: u64,
-        /// Number in this one.
+        /// Number in this model.
         model: u64,
     },
-    /// Its bytes are not those that were saved.
+    /// The bytes are not those that were saved.
     #[error("its state is damaged: {what}")]
     Damaged {
         /// Description of the fault.
@@ -63,7 +64,7 @@ impl From<postcard::Error> for RestoreError {
     }
 }
 
-/// Encoded state: of a simulation that is saved, `S` is borrowed.
+/// Encoded state; `S` is borrowed when a simulation is saved.
 #[derive(Serialize, Deserialize)]
 struct Image<S> {
     state: S,
@@ -78,12 +79,12 @@ struct RunState {
     critical_steps: [Option<f64>; 2],
     initial_energy: f64,
     started: bool,
-    /// A relaxation is over, and nothing has been set in motion since.
+    /// True after a relaxation, until something is set in motion.
     resting: bool,
     relaxation: Option<RelaxationProgress>,
 }
 
-/// Numbers that tell a model from others, and what they count.
+/// Numbers that distinguish a model from others, with their names.
 fn counts(model: &Model) -> [(&'static str, usize); 9] {
     [
         ("blocks", model.n_blocks()),
@@ -105,7 +106,7 @@ impl Saved {
         &self.bytes
     }
 
-    /// The state, if it is one of this model.
+    /// Decoded state, if it belongs to this model.
     fn decode(&self, model: &Model) -> Result<Image<State>, RestoreError> {
         let (found, rest) = postcard::take_from_bytes(&self.bytes)?;
         if found != FORMAT {
@@ -125,7 +126,7 @@ impl Saved {
 }
 
 impl From<Vec<u8>> for Saved {
-    /// Bytes that were those of a saved state.
+    /// Takes the bytes of a saved state.
     fn from(bytes: Vec<u8>) -> Self {
         Self { bytes }
     }
@@ -135,10 +136,10 @@ impl From<Vec<u8>> for Saved {
 type Whole<'a> = (u32, [u64; 9], Image<&'a State>);
 
 impl Simulation {
-    /// The present state.
+    /// Present state as bytes.
     #[must_use]
     pub fn save(&self) -> Saved {
-        // A vector that grows would be copied and end up too long.
+        // A growing vector would be copied and end up too long.
         let mut bytes = Vec::with_capacity(self.saved_size());
         let written = self.save_to(&mut bytes);
         written.unwrap_or_else(|error| unreachable!("memory takes all: {error}"));
@@ -156,7 +157,7 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// `out` does not take them.
+    /// Those of `out`.
     pub fn save_to(&self, out: impl Write) -> io::Result<()> {
         postcard::to_io(&self.whole(), out).map(|_| ()).map_err(io::Error::other)
     }
@@ -175,11 +176,11 @@ impl Simulation {
         (FORMAT, model, Image { state: &*self.state, run })
     }
 
-    /// A simulation that goes on from a saved state, bit for bit.
+    /// Simulation that continues from a saved state, bit for bit.
     ///
     /// # Errors
     ///
-    /// The state is one of another version of the program or of another model, or it is damaged.
+    /// The state comes from another version of the program or from another model, or it is damaged.
     pub fn restore(mut model: Model, simd: Simd, saved: &Saved) -> Result<Self, RestoreError> {
         let Image { mut state, run } = saved.decode(&model)?;
         check::stages(&model, &state, &run)?;
@@ -197,7 +198,7 @@ impl Simulation {
         Ok(simulation)
     }
 
-    /// Goes on as it did when it was saved.
+    /// Restores the settings of the run and continues its relaxation, if there was one.
     fn restore_run(&mut self, run: RunState) {
         self.damping = run.damping;
         let before = self.state.before;

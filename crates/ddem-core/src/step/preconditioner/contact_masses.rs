@@ -9,9 +9,9 @@ use ddem_mechanics::law::SpringStiffness;
 /// Contacts that the masses account for; a function of the state.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ContactMasses {
-    /// Contacts on faces without a joint.
+    /// True if contacts may be on faces without a joint.
     pub(crate) any: bool,
-    /// Contacts in place of joints, some of which have moved.
+    /// True if contacts may replace joints, some of which have moved.
     pub(super) released: bool,
 }
 
@@ -26,9 +26,11 @@ impl ContactMasses {
     }
 }
 
-/// Stiffness of contacts on a face for each unit of area, twice for the other block `[Pa/m]`: where no
-/// joint is, as they may come there, and once joints have moved on all faces. What a joint has put into
-/// the masses couples nodes that face each other; those in contact after it may be others.
+/// Contact stiffness of a face per unit of area, normal and shear, doubled for the other block
+/// `[Pa/m]`. Before any joint has moved it is the excess over the joint's stiffness, so that it
+/// acts on faces without a joint, where contacts may form. Once joints have moved (`released`), all
+/// faces have it: a joint's part of the masses couples facing nodes, but the contact after it may
+/// join others.
 pub(super) fn of_contacts(
     surfaces: &ContactSurfaces,
     block: usize,
@@ -42,7 +44,7 @@ pub(super) fn of_contacts(
     [2.0 * normal, 2.0 * shear]
 }
 
-/// Adds contacts.
+/// Adds the stiffness of contacts at a node.
 pub(super) fn contact_diagonal(
     around: &MassContext<'_>,
     contact_model: &ContactModel,

@@ -14,7 +14,8 @@ pub(super) fn across(at: [usize; 3], part: usize, n: usize) -> [usize; 3] {
     [0, 1, 2].map(|d| if part & (1 << d) == 0 { at[d] } else { n - at[d] })
 }
 
-/// The body and the step of a node's partner, if the node lies at those gaps and it exists.
+/// Block and lattice steps of a node's partner, if the node lies at these gaps and the partner
+/// exists.
 fn partner(
     model: &Model,
     block: usize,
@@ -33,7 +34,7 @@ fn partner(
     Some((model.geometry.neighbour(block, offset)?, across(at, part, n)))
 }
 
-/// The row of a node in the inverse of its cluster's block, by partner and component.
+/// Row of a node in the inverse of its cluster's stiffness, by partner and component.
 pub(super) fn inverse_row(
     around: MassContext<'_>,
     block: usize,
@@ -62,11 +63,12 @@ pub(super) fn inverse_row(
             (false, same) => f64::from(u8::from(same)),
         });
         let unit = SMatrix::<f64, 8, 1>::from_fn(|p, _| f64::from(u8::from(p == 0)));
-        // Nodes of blocks that are gone have no stiffness, and no mass.
+        // Nodes of removed blocks have neither stiffness nor mass.
         if matrix[(0, 0)] == 0.0 {
             continue;
         }
-        // A principal block of a positive definite stiffness, unless rounding has taken the difference.
+        // A principal submatrix of a positive definite stiffness is positive definite, unless
+        // rounding has cancelled the difference.
         let Some(solution) = matrix.cholesky().map(|factors| factors.solve(&unit)) else {
             let node = model.geometry.node(block, at);
             return Err(RunError::NoMass { block, node });
@@ -81,7 +83,7 @@ fn node_coupling(around: MassContext<'_>, block: usize, at: [usize; 3]) -> [[f64
     let MassContext { model, couplings, .. } = around;
     let n = model.geometry.topology(block).divisions();
     let mut sum = [[0.0; 3]; 8];
-    // The cell in each octant: bit set on the upper side of the node.
+    // Element in each octant; a bit is set on the upper side of the node.
     for octant in 0..8 {
         let (mut offset, mut owner) = (0, [0; 3]);
         for d in 0..3 {
@@ -100,7 +102,7 @@ fn node_coupling(around: MassContext<'_>, block: usize, at: [usize; 3]) -> [[f64
             continue;
         }
         let Some(element) = model.assembly.tables[table as usize].elements[lane] else { continue };
-        // A node on the lower side of its octant's cell is that cell's lower corner.
+        // A node on the lower side of the element in its octant is the element's lower corner.
         let corner = 7 ^ octant;
         let coupling = &couplings[element as usize][corner];
         for part in (0..8).filter(|part| part & !offset == 0) {
@@ -114,7 +116,7 @@ fn node_coupling(around: MassContext<'_>, block: usize, at: [usize; 3]) -> [[f64
     sum
 }
 
-/// Adds the springs of joints that are springs from the start.
+/// Adds the stiffness of joints that are springs from the start.
 fn spring_coupling(model: &Model, block: usize, at: [usize; 3], sum: &mut [[f64; 3]; 8]) {
     let topology = model.geometry.topology(block);
     for face in FaceId::all().filter(|&face| topology.is_on(face, at)) {

@@ -1,9 +1,10 @@
-//! §7: fictitious masses of relaxation, coupled across the gaps.
+//! Fictitious masses of relaxation, coupled across the gaps (§7).
 //!
-//! The nodes that face each other across one, two or three gaps are a cluster of 2, 4 or 8, held
-//! together by thin and therefore stiff cells. The mass of a cluster is its own block of the
-//! stiffness, one component at a time, scaled so that Δt = 1 is stable for the whole: then the
-//! number of steps does not depend on the thickness. A node inside a body is a cluster of one.
+//! The nodes that face each other across one, two or three gaps form a cluster of 2, 4 or 8 nodes.
+//! Thin and therefore stiff elements hold it together. The mass of a cluster is its own submatrix
+//! of the stiffness, one component at a time. It is scaled so that Δt = 1 is stable for the whole
+//! model. The number of steps then does not depend on the joint thickness. A node inside a block is
+//! a cluster of one.
 
 mod contact_masses;
 mod coupling;
@@ -37,7 +38,7 @@ pub(super) struct Partner {
     part: usize,
     /// Index of the partner's block in [`Preconditioner::beside`].
     beside: usize,
-    /// Local number in the partner's body.
+    /// Local node number in the partner's block.
     local: usize,
 }
 
@@ -48,9 +49,9 @@ pub(super) struct InverseMassRows {
     pub(super) start: Vec<u32>,
     /// Partners of each row; the first row of a node is its own.
     pub(super) partner: Vec<Partner>,
-    /// Three components a row `[m/N]`.
+    /// Three components per row `[m/N]`.
     pub(super) rows: Vec<Lanes>,
-    /// Part of the rotation of each row's body in the mean of its cluster.
+    /// Weight of the rotation of each row's block in the mean rotation of its cluster.
     rotation_weights: Vec<Lanes>,
 }
 
@@ -61,20 +62,20 @@ pub(crate) struct Relaxation {
     pub(crate) preconditioner: Preconditioner,
 }
 
-/// Packs whose masses are made together.
+/// Number of packs whose masses are computed together.
 const TOGETHER: usize = 1024;
 
-/// `K[(a, c), (a ^ r, c)]` of one element: by corner a, partner bits r, component c.
+/// Coupling `K[(a, c), (a ^ r, c)]` of one element, by corner a, partner bits r, component c.
 type Coupling = [[[f64; 3]; 8]; 8];
 
-/// Input of the masses of a node or block.
+/// Input for the masses of a node or block.
 #[derive(Clone, Copy)]
 struct MassContext<'a> {
     model: &'a Model,
     couplings: &'a [Coupling],
-    /// Degrees of freedom that are held.
+    /// Held degrees of freedom, by node.
     held: &'a HashMap<u32, [bool; 3]>,
-    /// Contact data, where blocks may meet.
+    /// Contact data, if blocks may meet.
     contact_model: Option<&'a ContactModel>,
     meeting: ContactMasses,
 }
@@ -94,23 +95,23 @@ impl PackMasses {
     }
 }
 
-/// Inverse masses of all packs, equal ones once.
+/// Inverse masses of all packs; equal ones are stored once.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Preconditioner {
     pub(super) classes: Vec<InverseMassRows>,
     pub(super) of_pack: Vec<u32>,
-    /// Of rigid bodies, pack by pack of these.
+    /// Inverse masses of rigid blocks, by rigid pack.
     rigid: Vec<rigid::Inverses>,
     pub(crate) meeting: ContactMasses,
-    /// The bodies around those of each pack: by place, three times as many from direction to direction (0: the
+    /// Blocks around those of each pack, by an index with one base-3 digit per direction (0: the
     /// same cell, 1: the one above, 2: the one below).
     beside: Vec<[Neighbours; 27]>,
-    /// Frames of the packs, where masses turn with them.
+    /// Frames of the packs, if masses rotate with them.
     pub(crate) turned: Vec<Frame>,
 }
 
 impl Preconditioner {
-    /// Of a model some of whose degrees of freedom are held: those have no inverse mass.
+    /// Inverse masses of a model. Held degrees of freedom have none.
     pub(crate) fn new(
         model: &Model,
         held: &HashMap<u32, [bool; 3]>,
@@ -129,7 +130,7 @@ impl Preconditioner {
             if stop() {
                 return Err(RunError::Stopped);
             }
-            // Many at a time, of which equal ones are then left out: memory stays small.
+            // Equal masses are dropped after each group of packs, so that memory stays small.
             let made = packs.par_iter().map(|&pack| PackMasses::new(around, pack));
             for masses in made.collect::<Result<Vec<_>, _>>()? {
                 preconditioner.take(masses, &mut known);
@@ -157,7 +158,7 @@ impl Preconditioner {
         }
     }
 
-    /// Multiplies all inverse masses.
+    /// Multiplies all inverse masses by a factor.
     pub(crate) fn scale(&mut self, factor: f64) {
         for row in self.classes.iter_mut().flat_map(|class| &mut class.rows) {
             row.0.iter_mut().for_each(|x| *x *= factor);
@@ -166,10 +167,10 @@ impl Preconditioner {
     }
 }
 
-/// Places of the cells above in [`Preconditioner::beside`], by direction.
+/// Indices of the cells above in [`Preconditioner::beside`], by direction.
 const POWERS: [usize; 3] = [1, 3, 9];
 
-/// As in [`Preconditioner::beside`].
+/// Blocks around those of a pack, as in [`Preconditioner::beside`].
 fn beside(model: &Model, pack: usize) -> [Neighbours; 27] {
     std::array::from_fn(|place| {
         let step = POWERS.map(|power| [0, 1, -1][place / power % 3]);
@@ -178,7 +179,7 @@ fn beside(model: &Model, pack: usize) -> [Neighbours; 27] {
 }
 
 fn coupling(element: &Element) -> Coupling {
-    // Corners with x fastest, to VTK order.
+    // Conversion of corners with x fastest to VTK order.
     const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
     let dense = element.modal.dense();
     std::array::from_fn(|a| {
@@ -220,8 +221,8 @@ impl InverseMassRows {
     }
 }
 
-/// `M⁻¹ F` at the nodes of a pack: `f` holds the forces of all nodes, `poses` are those of its bodies
-/// where they are rigid and have turned.
+/// Computes `M⁻¹ F` at the nodes of a pack. `f` holds the forces of all nodes, and `poses` those of
+/// its blocks if they are rigid and have rotated.
 #[simd]
 pub(super) fn accelerations<S: Simd>(
     simd: S,

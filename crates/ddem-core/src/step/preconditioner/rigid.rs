@@ -1,4 +1,4 @@
-//! Fictitious masses of rigid bodies: of each the stiffness of all its joints against its own six
+//! Fictitious masses of rigid blocks: the stiffness of all joints of a block against its six
 //! motions.
 
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
@@ -12,10 +12,11 @@ use ddem_mechanics::rigid::{Pose, RigidConstraint};
 use ddem_mesh::Vec3;
 use ddem_mesh::pack::Pack;
 
-/// Part of the largest stiffness below which a motion is free.
+/// Fraction of the trace of the stiffness below which a motion is free.
 const NOTHING: f64 = 1e-10;
 
-/// `K⁻¹` of the six motions of the bodies of a pack; turns count with the size of the block.
+/// Inverse stiffness `K⁻¹` of the six motions of the blocks of a pack. Rotations are multiplied by
+/// the size of the block.
 pub(super) type Inverses = [Matrix6<f64>; LANES];
 
 pub(super) fn inverses(around: MassContext<'_>, index: usize) -> Inverses {
@@ -40,7 +41,7 @@ pub(super) fn inverses(around: MassContext<'_>, index: usize) -> Inverses {
     })
 }
 
-/// Stiffness of a body's joints, its neighbours standing still.
+/// Stiffness of the joints and contacts of a block, with its neighbours at rest.
 fn stiffness(around: MassContext<'_>, block: usize, size: f64) -> Matrix6<f64> {
     let model = around.model;
     let half = model.geometry.element_edges(block).map(|edge| edge * 0.5);
@@ -71,8 +72,8 @@ fn stiffness(around: MassContext<'_>, block: usize, size: f64) -> Matrix6<f64> {
     sum
 }
 
-/// Adds contacts at the corners of faces. Those in the place of joints resist turning more than these did,
-/// whose points are at the quarters.
+/// Adds contacts at the corners of faces. Contacts in place of joints resist rotation more than the
+/// joints did, whose points are at the quarters.
 fn add_contacts(
     sum: &mut Matrix6<f64>,
     surfaces: &ContactSurfaces,
@@ -96,7 +97,7 @@ fn add_contacts(
     }
 }
 
-/// Adds the energy of a spring at a point that moves with `v + turn ω`.
+/// Adds the stiffness of a spring at a point that moves with `v + turn ω`.
 fn add_point(sum: &mut Matrix6<f64>, k: &Matrix3<f64>, turn: &Matrix3<f64>) {
     let mut way = nalgebra::Matrix3x6::zeros();
     way.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
@@ -115,7 +116,8 @@ fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
     inverse
 }
 
-/// `M⁻¹ F` at the corners of the rigid bodies of a pack; masses turn with the bodies.
+/// Computes `M⁻¹ F` at the corners of the rigid blocks of a pack. The masses rotate with the
+/// blocks.
 pub(super) fn accelerations(
     model: &Model,
     poses: Option<&[Pose; LANES]>,
@@ -125,7 +127,7 @@ pub(super) fn accelerations(
     out: &mut [Lanes],
 ) {
     let Pack { start, filled, rigid_start, .. } = model.packs.packs[index];
-    // Lanes without a body do not move.
+    // Lanes without a block do not move.
     out.fill(Lanes::ZERO);
     for lane in 0..filled {
         let mass_properties = &model.assembly.rigid[rigid_start][lane];

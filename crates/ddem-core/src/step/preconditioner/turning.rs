@@ -1,8 +1,8 @@
-//! Masses that turn with the blocks of their clusters.
+//! Masses that rotate with the blocks of their clusters.
 //!
-//! Where blocks have turned far, the stiffness that masses follow from has turned with them. A mass is
-//! then `R M Rᵀ` with the mean rotation R of the cluster: the same for all of its members, so that it
-//! stays symmetric.
+//! If blocks have rotated far, the stiffness from which the masses follow has rotated with them. A
+//! mass is then `R M Rᵀ` with the mean rotation R of the cluster. R is the same for all members of
+//! the cluster, so that the mass stays symmetric.
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -16,15 +16,15 @@ use ddem_mechanics::math::lanes::{
 };
 use ddem_mesh::properties::JointProperties;
 
-/// Part of a stiffness by which blocks may turn it until masses turn with them: 1.1 is the limit of
-/// stability.
+/// Relative change of a stiffness by the rotation of blocks from which masses rotate with them. The
+/// limit of stability is a stiffness 1.1 times as large.
 const TURNED: f64 = 0.05;
-/// Ratio of the stiffnesses of a layer along its normal and across it, as far as masses need to know.
+/// Assumed ratio of the normal to the shear stiffness of layers, accurate enough for masses.
 const LAYER: f64 = 4.0;
 
 impl InverseMassRows {
-    /// Parts of the rotations of the bodies in each row in the mean of the cluster: none where a member
-    /// is held along some axes, which do not turn.
+    /// Sets the weights of the rotations of the blocks in the mean of each cluster. They are zero
+    /// if a member is held along some axes, because these do not rotate.
     pub(super) fn share_rotations(&mut self) {
         let (mut rotation_weights, mut rows) = (vec![Lanes::ZERO; self.partner.len()], Vec::new());
         for node in self.start.windows(2) {
@@ -44,7 +44,8 @@ impl InverseMassRows {
     }
 }
 
-/// `R M⁻¹ Rᵀ F` at the nodes of a pack of deformable bodies; `turned` are the frames of all packs.
+/// Computes `R M⁻¹ Rᵀ F` at the nodes of a pack of deformable blocks; `turned` are the frames of
+/// all packs.
 #[simd]
 pub(super) fn accelerations<S: Simd>(
     simd: S,
@@ -74,7 +75,7 @@ pub(super) fn accelerations<S: Simd>(
             }
             rest -= share;
         }
-        // Where nothing turns it is 1.
+        // Without weights the mean is the identity.
         (0..3).for_each(|c| mean[c][c] += rest);
         let mean = mean_rotation(simd, &mean, 1.0);
         let mut sum = zero(simd);
@@ -106,7 +107,7 @@ fn zero_matrix<S: Simd>(simd: S) -> ddem_mechanics::math::lanes::Matrix<S> {
     [zero(simd), zero(simd), zero(simd)]
 }
 
-/// Rotations of four bodies; of those that are not there none.
+/// Rotations of four blocks; zero for absent ones.
 #[inline(always)]
 fn rotation(turned: &[Frame], places: &[Option<(usize, usize)>; LANES]) -> [[Lanes; 3]; 3] {
     let mut rotation = [[Lanes::ZERO; 3]; 3];
@@ -119,7 +120,7 @@ fn rotation(turned: &[Frame], places: &[Option<(usize, usize)>; LANES]) -> [[Lan
     rotation
 }
 
-/// True where deformable blocks have turned so far that the stiffness at their nodes is another one.
+/// True if deformable blocks have rotated so far that the stiffness at their nodes has changed.
 pub(crate) fn has_turned(model: &Model, frames: &[Frame]) -> bool {
     if !model.corotational() {
         return false;
@@ -129,7 +130,7 @@ pub(crate) fn has_turned(model: &Model, frames: &[Frame]) -> bool {
         (normal / shear).max(shear / normal)
     };
     let most = model.properties.joints.iter().map(ratio).fold(LAYER, f64::max);
-    // sin²θ (k_n/k_s − 1) of a turn θ, from its trace 1 + 2 cos θ.
+    // This is sin²θ (k_n/k_s − 1) of a rotation by θ, whose trace is 1 + 2 cos θ.
     let far = |cosine: f64| (1.0 - cosine * cosine) * (most - 1.0) > TURNED || cosine < 0.0;
     model.packs.packs.iter().zip(frames).filter(|(pack, _)| !pack.rigid).any(|(pack, frame)| {
         let [[x, ..], [_, y, _], [.., z]] = &frame.rotation;

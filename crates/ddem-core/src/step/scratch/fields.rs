@@ -1,4 +1,4 @@
-//! The fields that passes over the packs borrow, cut between tasks.
+//! Fields that the passes over the packs borrow, divided between tasks.
 
 use std::ops::Range;
 
@@ -14,7 +14,7 @@ use ddem_mechanics::rigid::Pose;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::parallel::{Split, cut, neighbour_force_start, node_start, rigid_start};
 
-/// A field of the second pass: a step changes it, a trial only reads it.
+/// Field of the second pass: a step changes it, a trial only reads it.
 #[derive(Debug)]
 pub(crate) enum Access<'a, T> {
     Write(&'a mut [T]),
@@ -29,7 +29,7 @@ impl<T> Access<'_, T> {
         }
     }
 
-    /// The field in a step; `None` in a trial.
+    /// Mutable field in a step; `None` in a trial.
     pub(crate) fn get_mut(&mut self) -> Option<&mut [T]> {
         match self {
             Self::Write(field) => Some(field),
@@ -44,7 +44,7 @@ impl<T> Access<'_, T> {
         }
     }
 
-    /// Takes the first values.
+    /// Splits off the first `at` values.
     fn cut(&mut self, at: usize) -> Self {
         match self {
             Self::Write(field) => Self::Write(cut(field, at)),
@@ -57,7 +57,7 @@ impl<T> Access<'_, T> {
     }
 }
 
-/// Motion of the bodies of a run of packs.
+/// Motion of the blocks of a run of packs.
 pub(crate) struct BlockMotion<'a> {
     pub(crate) frames: Access<'a, Frame>,
     pub(crate) u: Access<'a, Lanes>,
@@ -78,11 +78,11 @@ pub(crate) struct Relaxing<'a> {
 /// Fields of the first pass, of a run of packs.
 pub(crate) struct FirstPassFields<'a> {
     pub(crate) f: &'a mut [Lanes],
-    /// Empty where bodies never were viscous.
+    /// Viscous forces; empty if blocks have never been viscous.
     pub(crate) viscous: &'a mut [Lanes],
     pub(crate) neighbour_forces: &'a mut [Lanes],
     pub(crate) torques: &'a mut [[Lanes; 3]],
-    /// Empty when energies are not asked for.
+    /// Strain energies; empty if they are not requested.
     pub(crate) energies: &'a mut [[Lanes; 2]],
     pub(crate) broken_joints: &'a mut [PackBreaks],
     pub(crate) losses: &'a mut [Losses],
@@ -95,7 +95,7 @@ pub(crate) struct SecondPass<'a> {
     pub(super) boundaries: &'a ActiveBoundaries,
     pub(super) blocks: BlockMotion<'a>,
     pub(super) f: &'a mut [Lanes],
-    /// Empty where bodies never were viscous.
+    /// Viscous forces; empty if blocks have never been viscous.
     pub(super) viscous: &'a mut [Lanes],
     pub(super) torques: &'a mut [[Lanes; 3]],
     pub(super) sums: &'a mut [StepSums],
@@ -108,17 +108,17 @@ pub(crate) struct SecondPass<'a> {
 pub(crate) struct PackFields<'a> {
     pub(crate) blocks: BlockMotion<'a>,
     pub(crate) f: &'a mut [Lanes],
-    /// Viscous forces of the bodies, against the motion; empty where they are not viscous.
+    /// Viscous forces of the blocks, against the motion; empty if they are not viscous.
     pub(crate) viscous: &'a mut [Lanes],
     pub(crate) torque: &'a mut [Lanes; 3],
     pub(crate) sums: &'a mut StepSums,
     pub(crate) reactions: &'a mut [f64],
-    /// Forces of the dashpots of boundaries.
+    /// Forces of the boundary dashpots.
     pub(crate) drags: &'a mut [[f64; 3]],
-    /// Loads; of no meaning unless `loaded`.
+    /// Loads; undefined unless `loaded`.
     pub(crate) q: &'a mut [Lanes],
     pub(crate) loaded: bool,
-    /// Room for a nodal field.
+    /// Working space for a nodal field.
     pub(crate) room: &'a mut Vec<Lanes>,
 }
 
@@ -129,7 +129,7 @@ impl PackFields<'_> {
 }
 
 impl SecondPass<'_> {
-    /// Fields of pack `index`, whose bodies are `viscous` or not; the fields begin at pack `first`.
+    /// Fields of pack `index`, whose blocks are `viscous` or not. The fields begin at pack `first`.
     pub(crate) fn pack(
         &mut self,
         packs: &Packs,

@@ -31,27 +31,28 @@ pub(crate) use fields::{Access, FirstPassFields, PackFields, Relaxing, SecondPas
 pub(crate) struct Scratch {
     /// Forces on the nodes `[N]`.
     pub(crate) f: Vec<Lanes>,
-    /// Viscous forces of the bodies against the motion `[N]`; empty where they never were viscous.
+    /// Viscous forces of the blocks against the motion `[N]`; empty if they have never been
+    /// viscous.
     viscous: Vec<Lanes>,
-    /// Forces of joint elements on upper neighbours.
+    /// Forces of joints on upper neighbours.
     neighbour_forces: Vec<Lanes>,
     /// Residual torques of the packs `[N m]`.
     torques: Vec<[Lanes; 3]>,
     /// Frames of the packs at the present displacements.
     pub(crate) frames: Vec<Frame>,
-    /// Strain energies of the packs, bodies and joints `[J]`.
+    /// Strain energies of the packs, in blocks and joints `[J]`.
     energies: Vec<[Lanes; 2]>,
     /// Losses of the packs' joints in the last first pass.
     pub(super) losses: Vec<Losses>,
-    /// Joints as the last measurement found them.
+    /// Joints in the last measurement.
     pub(crate) trial: BrokenJoints,
-    /// Contacts as the last measurement found them.
+    /// Contacts in the last measurement.
     pub(crate) trial_contacts: Contacts,
     /// Sums of the packs.
     pub(crate) sums: Vec<StepSums>,
-    /// Forces of the active supports `[N]`.
+    /// Reactions of the active supports `[N]`.
     pub(crate) reactions: Vec<f64>,
-    /// Forces of the dashpots of boundaries `[N]`.
+    /// Forces of the boundary dashpots `[N]`.
     drags: Vec<[f64; 3]>,
     /// Runs of packs, one task each, with a working space each.
     runs: Vec<Range<usize>>,
@@ -73,12 +74,12 @@ pub(crate) struct TaskWorkspaces {
     pub(super) elements: Workspace,
     /// Loads on one pack, or its accelerations in relaxation.
     pub(super) q: Vec<Lanes>,
-    /// Room for a nodal field of one pack.
+    /// Working space for a nodal field of one pack.
     pub(super) room: Vec<Lanes>,
 }
 
 impl Scratch {
-    /// For a model, with the frames of a state.
+    /// Scratch data of a model, with the frames of a state.
     pub(crate) fn new(model: &Model, state: &State, level: Level) -> Self {
         let packs = &model.packs;
         let n = packs.packs.len();
@@ -104,7 +105,7 @@ impl Scratch {
         scratch
     }
 
-    /// Memory in use `[bytes]`, the working spaces of the tasks aside.
+    /// Memory in use `[bytes]`, without the working spaces of the tasks.
     pub(crate) fn bytes(&self) -> usize {
         let lanes = self.f.len()
             + self.viscous.len()
@@ -117,7 +118,7 @@ impl Scratch {
             + self.trial_contacts.bytes()
     }
 
-    /// Fits the frames to displacements that a step did not make.
+    /// Updates the frames to displacements that a step has not made.
     pub(crate) fn fit(&mut self, model: &Model, state: &State) {
         let packs = &model.packs;
         for (index, frame) in self.frames.iter_mut().enumerate() {
@@ -134,7 +135,7 @@ impl Scratch {
         }
     }
 
-    /// Adds what the joints at the lower sides of each pack do to the forces of the pack.
+    /// Adds the forces and torques of the joints at the lower sides of each pack to its forces.
     pub(crate) fn collect(&mut self, model: &Model, poses: &[[Pose; LANES]], linear: bool) {
         let (packs, level) = (&model.packs, self.level);
         let Self { f, neighbour_forces, torques, frames, .. } = self;
@@ -157,20 +158,21 @@ impl Scratch {
         });
     }
 
-    /// Counts how far the bodies of the packs have gone with the velocities of the last second pass.
+    /// Adds the distances that the blocks have moved with the velocities of the last second pass to
+    /// the travel in `contacts`.
     pub(super) fn travel(&self, contacts: &mut Contacts, time_step: f64) {
         for (pack, sums) in self.sums.iter().enumerate() {
-            // No component is faster: the whole is at most √3 times as fast.
+            // The speed is at most √3 times its largest component.
             contacts.add_travel(pack, sums.fastest.0.map(|v| 1.733 * time_step * v));
         }
     }
 
-    /// Strain energy of bodies and joints `[J]`, packs in order.
+    /// Strain energy of blocks and joints `[J]`, summed over the packs in order.
     pub(crate) fn strain_energy(&self) -> [f64; 2] {
         [0, 1].map(|part| sum(self.energies.iter().map(|energy| energy[part].sum())))
     }
 
-    /// Borrowed for the first pass.
+    /// Borrows the data for the first pass.
     pub(crate) fn forces<'a>(
         &'a mut self,
         broken_joints: &'a mut BrokenJoints,
@@ -191,13 +193,14 @@ impl Scratch {
         (fields, &self.frames, &self.runs)
     }
 
-    /// Makes room for viscous forces where there are any.
+    /// Allocates viscous forces if there are any.
     fn has_viscous(&mut self, viscous: bool) {
         let places = if viscous { self.f.len() } else { self.viscous.len() };
         self.viscous.resize(places, Lanes::ZERO);
     }
 
-    /// Borrowed for the second pass: fields, shares, and the runs of packs.
+    /// Borrows the data for the second pass: fields, neighbour forces, runs of packs, instruction
+    /// set.
     pub(super) fn second<'a>(
         &'a mut self,
         view: &'a StageView,
@@ -228,7 +231,7 @@ impl Scratch {
         (fields, &self.neighbour_forces, &self.runs, self.level)
     }
 
-    /// Borrowed for the second pass of relaxation; the forces are complete and only read.
+    /// Borrows the data for the second pass of relaxation; the forces are complete and only read.
     pub(super) fn relaxing<'a>(
         &'a mut self,
         state: &'a mut State,
