@@ -36,15 +36,15 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
     Schema,
-    /// Print what came out of a run: verdicts, largest displacement, failed joints, reactions, energy
+    /// Print the results of a run: verdicts, largest displacement, failed joints, reactions, energy
     Info {
         /// Folder of the results
         #[arg(value_name = "DIR")]
         folder: PathBuf,
     },
-    /// Draw results to a picture, by the Python module of ddem
+    /// Draw a picture of the results with the Python module of ddem
     Plot(Plot),
-    /// Refuse the word `run`, which other programs need, with a message
+    /// Explain that the command `run` does not exist
     #[command(hide = true, disable_help_flag = true)]
     Run {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
@@ -112,13 +112,13 @@ pub(crate) struct RunArguments {
     /// Threads, which do not change the results [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = threads)]
     pub(crate) threads: Option<usize>,
-    /// Print nothing but errors
+    /// Print only errors
     #[arg(long)]
     pub(crate) quiet: bool,
-    /// Build the model, say what running it would take, and stop
+    /// Build the model, report its size, memory and run time, and stop
     #[arg(long)]
     pub(crate) check: bool,
-    /// Go on from the checkpoint in the folder of the results
+    /// Continue from the checkpoint in the folder of the results
     #[arg(long)]
     pub(crate) resume: bool,
     /// Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...

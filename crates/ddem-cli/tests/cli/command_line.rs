@@ -17,8 +17,8 @@ fn help_goes_to_standard_output() {
 
     Commands:
       schema  Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
-      info    Print what came out of a run: verdicts, largest displacement, failed joints, reactions, energy
-      plot    Draw results to a picture, by the Python module of ddem
+      info    Print the results of a run: verdicts, largest displacement, failed joints, reactions, energy
+      plot    Draw a picture of the results with the Python module of ddem
 
     Arguments:
       <DECK>  Deck to run, a TOML file
@@ -26,9 +26,9 @@ fn help_goes_to_standard_output() {
     Options:
           --out <DIR>    Folder of the results [default: results/<name of the deck>]
           --threads <N>  Threads, which do not change the results [default: one for each processor]
-          --quiet        Print nothing but errors
-          --check        Build the model, say what running it would take, and stop
-          --resume       Go on from the checkpoint in the folder of the results
+          --quiet        Print only errors
+          --check        Build the model, report its size, memory and run time, and stop
+          --resume       Continue from the checkpoint in the folder of the results
           --overwrite    Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
       -h, --help         Print help
       -V, --version      Print version

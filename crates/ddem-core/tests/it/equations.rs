@@ -87,7 +87,9 @@ fn declares(text: &str, item: &str) -> bool {
         text.match_indices(words.as_str()).any(|(at, found)| ends(at + found.len()))
     };
     let field = format!("    pub {name}:");
-    kinds.iter().any(declared) || text.contains(&format!("\n    {name}:\n")) || text.contains(&field)
+    kinds.iter().any(declared)
+        || text.contains(&format!("\n    {name}:\n"))
+        || text.contains(&field)
 }
 
 /// Files and functions that ARCHITECTURE.md names under "Where to look" exist.

@@ -199,7 +199,7 @@ pub struct Assign {
     pub until: Option<String>,
 }
 
-/// Blocks taken out: a cavity, or an excavation when it starts with a stage.
+/// Removed blocks: a cavity, or with `from` an excavation in that stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Remove {

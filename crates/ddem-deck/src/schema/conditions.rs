@@ -71,7 +71,7 @@ pub struct Load {
     pub until: Option<String>,
 }
 
-/// A non-reflecting boundary: what goes on outside of the model as if the rock went on there (§10).
+/// A non-reflecting boundary: waves leave the model as if the rock continued there (§10).
 ///
 /// It does nothing at rest, and in relax stages. Where a `[[fix]]` on the same nodes ends, the forces
 /// with which it has held them go on as constant ones for as long as the boundary is there.

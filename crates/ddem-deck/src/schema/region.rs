@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{FileOf, Heights, Triangles, normal_of};
 
-/// A part of space: everything named must hold; what is not named is free.
+/// Part of space: all given keys must hold; keys that are not given do not restrict it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Where {

@@ -118,7 +118,7 @@ def test_mistakes_are_named(folder, tmp_path, monkeypatch):
     assert "frames: 99 does not exist, there are 9 frames" in said("film.gif", frames=[99])
     assert "frames: the selection is empty" in said("film.gif", frames=slice(0, 0))
     assert "view: 'zx'" in said("film.gif", view="zx")
-    assert "camera: three points" in said(tmp_path / "film.gif", camera=(1, 2, 3))
+    assert "camera: expected three vectors" in said(tmp_path / "film.gif", camera=(1, 2, 3))
     import sys
 
     monkeypatch.setitem(sys.modules, "imageio", None)
