@@ -1,4 +1,4 @@
-"""What Python costs: calls of 100 steps against one, calls of one step, reading arrays.
+"""Cost of Python: calls of 100 steps against one call, calls of one step, reading arrays.
 
     python benches/python.py
 
@@ -16,14 +16,14 @@ SEAM = ddem.Joint(thickness=0.01, material=ROCK)
 
 
 def seconds(call: Callable[[], object]) -> float:
-    """How long a call takes."""
+    """Duration of a call."""
     start = time.perf_counter()
     call()
     return time.perf_counter() - start
 
 
 def started(size: tuple[int, int, int]) -> ddem.Simulation:
-    """Cubes of a metre, 5 x 5 x 5 nodes each, in motion."""
+    """Moving cubes of a metre with 5 x 5 x 5 nodes each."""
     model = ddem.Model()
     model.add_blocks(size=size, count=size, divisions=4, material=ROCK, joint=SEAM)
     model.fix("xyz", x=0.0)
@@ -35,7 +35,7 @@ def started(size: tuple[int, int, int]) -> ddem.Simulation:
 
 
 def stepping(steps: int = 3000, rounds: int = 7) -> None:
-    """One long call against many short ones, on the beam of 13 500 nodes."""
+    """Compares one long call with many short ones, on the beam of 13 500 nodes."""
     beam = started((12, 3, 3))
     one, hundreds = [], []
     for _ in range(rounds):
@@ -49,7 +49,7 @@ def stepping(steps: int = 3000, rounds: int = 7) -> None:
 
 
 def reading() -> None:
-    """Arrays of a model of a million nodes."""
+    """Measures reading the arrays of a model of a million nodes."""
     large = started((20, 20, 20))
     out = np.empty((large.n_nodes, 3))
     for name in ("displacement", "velocity", "stress"):

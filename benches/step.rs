@@ -1,7 +1,7 @@
-//! Node updates per second of the forces alone and of whole steps, and bytes per node, beside
-//! what the memory of this machine can do in the same minute.
+//! Node updates per second of the forces alone and of whole steps, bytes per node, and the memory
+//! bandwidth of this machine in the same minute.
 //!
-//! `cargo bench` measures; quote the ratios of one run, not the numbers of two.
+//! `cargo bench` measures. Quote ratios from one run; numbers of two runs are not comparable.
 
 use std::hint::black_box;
 use std::time::Duration;
@@ -29,14 +29,14 @@ fn deck(count: [u32; 3], kinematics: Kinematics) -> Deck {
     deck
 }
 
-/// How the joints of a bench are.
+/// Strength of the joints in a benchmark.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Joints {
-    /// They cannot fail.
+    /// Joints that cannot fail.
     Unbreakable,
-    /// They are looked at in every step, and hold.
+    /// Joints that are checked in every step and hold.
     Strong,
-    /// Every pair has failed, and they slide under pressure.
+    /// Joints of which every pair has failed and slides under pressure.
     Broken,
 }
 
@@ -70,7 +70,7 @@ fn failed(simulation: &Simulation) -> usize {
     simulation.failed_pairs().iter().sum::<u64>() as usize
 }
 
-/// Blocks fly at each other and past each other.
+/// Sets velocities that drive the blocks towards and past each other, so that all joints fail.
 fn tear(simulation: &mut Simulation) {
     let model = simulation.model();
     let middle = model.point(model.n_nodes() - 1).map(|x| x / 2.0);
@@ -88,7 +88,7 @@ fn pool(threads: usize) -> rayon::ThreadPool {
     rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads")
 }
 
-/// STREAM triad: the bandwidth that a step out of cache has to live with.
+/// STREAM triad: the memory bandwidth that limits a step whose data exceed the cache.
 fn memory(criterion: &mut Criterion) {
     let n = 1 << 24;
     let (b, c) = (vec![1.0_f64; n], vec![2.0_f64; n]);
@@ -114,7 +114,7 @@ fn triad(a: &mut [f64], b: &[f64], c: &[f64], grain: usize) {
     rayon::join(|| triad(a, b, c, grain), || triad(a_high, b_high, c_high, grain));
 }
 
-/// The first pass: elastic forces of bodies and joints.
+/// First pass of a step: elastic forces of blocks and joints.
 fn forces(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("forces");
     for kinematics in [Kinematics::Small, Kinematics::Corotational] {
@@ -148,7 +148,7 @@ fn steps(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Joints that hold, that could fail, and that have failed.
+/// Steps with joints that cannot fail, that could fail, and that have failed.
 fn joints(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("joints");
     group.warm_up_time(Duration::from_secs(1)).sample_size(20);
@@ -167,7 +167,7 @@ fn joints(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Rigid cubes of 1 m, face on face: in one lattice with joints, or each alone and all in contact.
+/// Rigid cubes of 1 m, face to face: in one lattice with joints, or each as its own set in contact.
 fn cubes(count: u32, joined: bool) -> Simulation {
     let mut deck = deck([count; 3], Kinematics::Corotational);
     deck.blocks[0].body = Body::Rigid;
@@ -192,7 +192,7 @@ fn cubes(count: u32, joined: bool) -> Simulation {
     simulation
 }
 
-/// Rigid cubes in face contact: time and memory for each point of a joint or a contact.
+/// Rigid cubes in face contact: time and memory per point of a joint or a contact.
 fn rigid(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("rigid");
     group.warm_up_time(Duration::from_secs(1)).sample_size(10);

@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""A film, or one picture, of a run: where its blocks have come from, or how fast they are.
+"""A film or one picture of a run, coloured by the original position or by the speed of the blocks.
 
     cargo run --release -- examples/toppling.toml
     python examples/animate.py results/toppling toppling.gif
     python examples/animate.py results/toppling pile.png --by speed
 
-Blocks that never move are grey. The others have the colour of the place from which they come, along
-x, y or z, or of their speed. Needs `pip install ".[plot]"`, as docs/python.md says; no display.
+Blocks that never move are grey. The others are coloured by their initial position along x, y or z,
+or by their speed. Needs `pip install ".[plot]"`, as docs/python.md says; no display.
 """
 
 import argparse
@@ -17,7 +17,7 @@ import numpy as np
 
 
 def origin(results, axis):
-    """Of each element where its block was at the start (m), NaN where it never moves."""
+    """Initial position of its block (m) for each element; NaN if the block never moves."""
     first, last = results[0], results[-1]
     _, block = np.unique(first.block, return_inverse=True)
     centres = first.points[first.elements].mean(axis=1)[:, "xyz".index(axis)]
@@ -27,7 +27,7 @@ def origin(results, axis):
 
 
 def camera(direction, focus, height):
-    """From a direction, with so many metres above and below the point in the middle."""
+    """Camera in a direction, with `height` metres above and below the focus."""
     back = np.array(direction) / np.linalg.norm(direction)
     return np.array(focus) + back * height / np.tan(np.radians(15.0)), focus, (0.0, 0.0, 1.0)
 

@@ -2,8 +2,8 @@
 
     python examples/beam.py [folder for the pictures]
 
-It prints how far the beam sinks at midspan and writes beam.png and beam.html, which any browser
-turns and zooms. With intact joints the blocks bend as one beam.
+Prints the deflection at midspan and writes beam.png and beam.html, which any browser can rotate and
+zoom. With intact joints the blocks bend as one beam.
 """
 
 import sys
@@ -17,15 +17,15 @@ folder.mkdir(parents=True, exist_ok=True)
 rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
 seam = ddem.Joint(thickness=0.01, material=rock)
 
-# The known value is that of the linear theory and of the paper's element.
+# The reference value is that of linear theory with the element of the paper.
 title = "simply supported beam, 12 x 3 x 3 m"
 model = ddem.Model(title=title, kinematics="small", element="standard")
 model.add_blocks(size=(12, 3, 3), count=(12, 3, 3), divisions=4, material=rock, joint=seam)
 model.fix("xz", x=0.0, z=0.0)  # pinned edge
 model.fix("z", x=12.0, z=0.0)  # rolling edge
-model.fix("y", x=0.0, y=1.5, z=0.0)  # no drifting sideways: one node of each end
+model.fix("y", x=0.0, y=1.5, z=0.0)  # no sideways drift: one node at each end
 model.fix("y", x=12.0, y=1.5, z=0.0)
-model.load(line=(0, 0, -600e3), x=6.0, z=3.0)  # N/m: 1.8 MN in all
+model.load(line=(0, 0, -600e3), x=6.0, z=3.0)  # N/m: 1.8 MN in total
 
 beam = model.build()
 steps = beam.relax(tolerance=1e-8)

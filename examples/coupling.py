@@ -2,10 +2,10 @@
 
     python examples/coupling.py [folder for the picture]
 
-The machine is a mass on a spring and a dashpot. It is put down at once and bounces until it rests.
-At every step the loop reads how far the top of the pillar has moved, applies what the machine
-presses on it with, and moves the machine by as much. Period, decay and rest are compared with the
-exact ones of a jointed bar. Writes coupling.png.
+The machine is a mass on a spring and a dashpot. It is placed at once and bounces until it is at
+rest. At every step the loop reads the displacement of the top of the pillar, applies the force of
+the machine to it, and moves the machine by the same force. Period, decay and rest position are
+compared with the exact values of a jointed bar. Writes coupling.png.
 """
 
 import sys
@@ -24,7 +24,7 @@ MASS, SPRING, DASHPOT = 20e3, 2e9, 2e6  # kg, N/m, N s/m
 
 
 def pillar() -> ddem.Simulation:
-    """Blocks on each other; without Poisson's effect they are a bar."""
+    """Blocks on top of each other; with a Poisson's ratio of zero they form a bar."""
     rock = ddem.Material(density=DENSITY, young=YOUNG, poisson=0.0)
     seam = ddem.Joint(normal_stiffness=STIFFNESS, shear_stiffness=STIFFNESS)
     model = ddem.Model(title="pillar under a machine", kinematics="small")
@@ -34,10 +34,10 @@ def pillar() -> ddem.Simulation:
 
 
 def simulate(duration: float) -> tuple[Array, Array, Array]:
-    """Times [s], and how far the machine and the top of the pillar have moved [m]."""
+    """Times [s], and displacements of the machine and of the top of the pillar [m]."""
     simulation = pillar()
     top = simulation.nodes(z=float(BLOCKS))
-    share = simulation.mass[top] / simulation.mass[top].sum()  # of the face around each node
+    share = simulation.mass[top] / simulation.mass[top].sum()  # nodal shares of the face
     simulation.start()  # undamped, 0.9 of the critical step
     step = simulation.time_step
 
@@ -50,7 +50,8 @@ def simulate(duration: float) -> tuple[Array, Array, Array]:
         below = share @ moved[:, 2]
         row[:] = simulation.time, machine, below
 
-        # On the machine, and as much on the pillar. Both speeds are those of half a step ago.
+        # Force on the machine, and the opposite force on the pillar. Both speeds are half a step
+        # old.
         push = SPRING * (below - machine) + DASHPOT * ((below - before) / step - speed)
         force[:, 2] = -push * share
         simulation.apply_force(top, force)
@@ -63,15 +64,15 @@ def simulate(duration: float) -> tuple[Array, Array, Array]:
 
 
 def rest() -> float:
-    """Where the machine comes to rest [m]: its weight on springs in a row."""
+    """Rest position of the machine [m]: its weight on springs in series."""
     return -MASS * GRAVITY * (BLOCKS / YOUNG + (BLOCKS - 1) / STIFFNESS + 1 / SPRING)
 
 
 def exact() -> complex:
-    """The slowest motion is exp(s t), with s = -decay + i frequency."""
+    """Exponent s = -decay + i frequency of the slowest motion exp(s t)."""
 
     def unbalanced(s: complex) -> complex:
-        # Displacement and force of a bar, passed on through blocks and joints up to the top.
+        # Displacement and force of a bar, transferred through blocks and joints up to the top.
         k = s / np.sqrt(YOUNG / DENSITY)
         ek = YOUNG * k
         block = np.array([[np.cosh(k), np.sinh(k) / ek], [ek * np.sinh(k), np.cosh(k)]])
@@ -80,7 +81,7 @@ def exact() -> complex:
         link = SPRING + DASHPOT * s
         return complex(n + u * link * MASS * s**2 / (MASS * s**2 + link))
 
-    # Secants, from the frequency of the machine on a pillar without mass.
+    # Secant method, starting from the frequency of the machine on a pillar without mass.
     a = 1j * np.sqrt(GRAVITY / -rest())
     b = 1.01 * a
     while abs(b - a) > 1e-12 * abs(b):
@@ -89,10 +90,10 @@ def exact() -> complex:
 
 
 def measured(time: Array, machine: Array, period: float) -> tuple[complex, float]:
-    """The motion exp(s t) that a history has, and its rest."""
-    # Of three samples in a row, the third is a sum of the others and a constant.
+    """Exponent s of the motion exp(s t) in a history, and its rest position."""
+    # Of three successive samples, the third is a linear combination of the others and a constant.
     every = round(period / 4 / time[1])
-    y = machine[4 * every :]  # without what the start has shaken
+    y = machine[4 * every :]  # without the initial shaking
     first, second, third = y[: -2 * every], y[every:-every], y[2 * every :]
     terms = np.column_stack([second, first, np.ones_like(first)])
     (a, b, c), *_ = np.linalg.lstsq(terms, third, rcond=None)

@@ -1,4 +1,4 @@
-//! A block on a slope: how far it settles, how safe it is, and a push that makes it slide.
+//! A block on a slope: its settlement, its factor of safety, and a push that makes it slide.
 //!
 //! `cargo run --release --example embed`
 

@@ -1,4 +1,4 @@
-//! A joint law of one's own: saw teeth, which hold a block on a slope as long as little presses on them.
+//! A joint law of the program: saw teeth that hold a block on a slope while the pressure is small.
 //!
 //! `cargo run --release --example law`
 
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// A block of this height, above one that is held, as on a slope of 40°.
+/// Block of this height on a fixed block, under gravity as on a slope of 40°.
 fn slope(height: f64) -> Deck {
     let (sine, cosine) = 40_f64.to_radians().sin_cos();
     let mut deck = Deck::default();

@@ -1,7 +1,8 @@
-"""How safe is a slope in bedded rock, and how much does the friction of the bedding matter?
+"""Factor of safety of a slope in bedded rock, and the influence of the friction of the bedding.
 
-The slope of slope-safety.toml: a face of 60 degrees, 12 m high, in layers that dip at 30 degrees out of it. Prints the
-factor of safety for three angles of friction, and draws the blocks that move.
+The slope is that of slope-safety.toml: a face of 60 degrees, 12 m high, in layers that dip at 30
+degrees out of it. Prints the factor of safety for three friction angles, and draws the moving
+blocks.
 
     python examples/slope-safety.py [FOLDER]
 """
@@ -12,7 +13,7 @@ import ddem
 
 
 def slope(friction: float) -> ddem.Model:
-    """The model, for a friction of the bedding [degrees]."""
+    """Model for a friction angle of the bedding [degrees]."""
     stiffness = {"normal_stiffness": 5e9, "shear_stiffness": 2e9}
     rock = ddem.Material(density=2600, young=20e9, poisson=0.25)
     bedding = ddem.Joint(name="bedding", friction=friction, cohesion=20e3, residual_cohesion=20e3, **stiffness)
@@ -39,7 +40,7 @@ for friction in (30.0, 34.0):
     safety = ddem.factor_of_safety(slope(friction), bracket=(1.0, 2.0), resolution=0.02)
     print(f"{friction:g} degrees: factor of safety {safety.factor:.3f}, {len(safety.moving)} blocks move")
 
-# The same as stages of a run, whose last frame is the trial that fails.
+# The same as stages of a run, whose last frame is the failing trial.
 model = slope(32.0)
 model.stage("weight", kind="relax")
 model.stage("safety", kind="safety", bracket=(1.0, 2.0))

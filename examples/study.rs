@@ -1,4 +1,5 @@
-//! A block on a slope: results in a folder, a copy of a state in memory, and a sweep over frictions.
+//! A block on a slope: results in a folder, a copy of a state in memory, and a sweep over friction
+//! angles.
 //!
 //! `cargo run --release --example study`
 
@@ -51,7 +52,7 @@ fn sweep(frictions: &[f64]) -> Result<Vec<f64>, Box<dyn Error + Send + Sync>> {
 fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     write_results(&slope(35.0), Path::new("results/study"))?;
 
-    // From one equilibrium, as it is and with a push.
+    // Two runs from one equilibrium, without and with a push.
     let mut simulation = Simulation::new(slope(35.0).build()?);
     simulation.relax(1e-5, 20_000)?;
     let top = simulation.model().nearest_node([2.0, 2.0, 2.0]);
@@ -71,7 +72,7 @@ fn main() -> Result<(), Box<dyn Error + Send + Sync>> {
     Ok(())
 }
 
-/// Two blocks, one on the other; gravity leans by 25°.
+/// Two blocks, one on the other, under gravity as on a slope of 25°.
 fn slope(friction: f64) -> Deck {
     let (sine, cosine) = 25_f64.to_radians().sin_cos();
     let mut deck = Deck::default();

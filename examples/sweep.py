@@ -1,10 +1,10 @@
-"""A hundred shear boxes in a pool of processes, and the strength of the joint found back from them.
+"""A hundred shear boxes in a pool of processes, and the joint strength recovered from them.
 
     python examples/sweep.py [folder for the picture]
 
-Two blocks, one joint. The lower block is held, the upper one is pressed down and driven sideways
-until the joint breaks. The peak of the shear stress over the pressure gives a line whose
-intercept is the cohesion and whose slope is the tangent of the friction angle. Writes sweep.png.
+Two blocks and one joint: the lower block is fixed, and the upper one is pressed down and driven
+sideways until the joint breaks. The peaks of the shear stress over the pressure lie on a line. Its
+intercept is the cohesion, and its slope is the tangent of the friction angle. Writes sweep.png.
 """
 
 import sys
@@ -22,10 +22,10 @@ PRESSURES = np.linspace(0.2e6, 5e6, 25)  # Pa
 
 
 def peak(box: tuple[float, float, float]) -> float:
-    """Highest shear stress [Pa] of a box with a cohesion, a friction angle and a pressure."""
+    """Peak shear stress [Pa] of a box with a cohesion, a friction angle and a pressure."""
     cohesion, friction, pressure = box
     rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
-    # A soft layer without tensile strength; after its peak, friction alone is left.
+    # A soft layer without tensile strength; after its peak only friction remains.
     seam = ddem.Joint(
         thickness=0.001,
         density=2000,
@@ -37,15 +37,15 @@ def peak(box: tuple[float, float, float]) -> float:
     model = ddem.Model(title="shear box", contact=False)
     model.add_blocks(size=(1, 1, 2), count=(1, 1, 2), divisions=2, material=rock, joint=seam)
     model.fix("xyz", z=(0.0, 1.0))
-    # Driven at 1 mm/s, slowly enough to break in equilibrium, and free to rise and sink.
+    # Driven at 1 mm/s, slow enough to fail in equilibrium, and free to move vertically.
     model.fix("xy", z=(1.0, 2.0), velocity=(1e-3, 0, 0), history={"ramp": 0.02})
     model.load(pressure=pressure, z=2.0)
     model.probe("held", z=(0.0, 1.0), quantity="reaction", every=1e-5)  # less than a step
 
-    # The processes share the processors: one thread for each box.
+    # The processes share the cores: one thread for each box.
     simulation = model.build(threads=1)
     simulation.relax(tolerance=1e-9, quiet=True)
-    # To 0.35 mm: the layer holds 2e10 Pa/m, so that every one of these has broken by then.
+    # To 0.35 mm: the layer has 2e10 Pa/m, so every joint has failed by then.
     simulation.run(0.36, damping=0.02, quiet=True)
     if not simulation.pairs["state"].all():
         raise RuntimeError(f"the box {box} has not broken")

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3, Vector6};
 
 const ROCK: Elastic = Elastic { density: 2400.0, young: 18e9, poisson: 0.25 };
 
-/// A smooth distortion of the inside of the unit cube, the surface kept.
+/// A mesh of the unit cube with a smooth distortion of its inside; the surface is unchanged.
 fn distorted(mut mesh: Mesh) -> Mesh {
     for at in &mut mesh.nodes {
         let bump: f64 = at.iter().map(|x| (std::f64::consts::PI * x).sin()).product();
@@ -24,12 +24,12 @@ fn distorted_cube() -> Mesh {
     distorted(lattice.mesh())
 }
 
-/// A displacement by degree of freedom from a field.
+/// Displacements by degree of freedom, sampled from a field.
 fn sampled(mesh: &Mesh, field: impl Fn(&Vector3<f64>) -> Vector3<f64>) -> Vec<f64> {
     mesh.nodes.iter().flat_map(|at| <[f64; 3]>::from(field(at))).collect()
 }
 
-/// Supports: the nodes of a selection held in the given components.
+/// Fixes the given components of the selected nodes.
 fn hold(mesh: &Mesh, held: &mut [Option<f64>], at: impl Fn(&Vector3<f64>) -> bool, axes: &[usize]) {
     for node in mesh.select(at) {
         for axis in axes {
@@ -219,7 +219,7 @@ fn a_free_bar_rings_at_its_period_and_keeps_its_energy() {
     assert!((total / energy - 1.0).abs() < 1e-3, "{total} from {energy}");
 }
 
-/// The beam on two edges under a line load at midspan: mesh, load, supports.
+/// Beam on two edges under a line load at midspan: mesh, load, supports.
 fn line_loaded_beam(thickness: f64) -> (Mesh, Vec<f64>, Vec<Option<f64>>) {
     let mesh = Lattice::boxed([12.0, 3.0, 3.0], [12, 3, 3], 4, thickness, ROCK).mesh();
     let mut prescribed = vec![None; mesh.dofs()];

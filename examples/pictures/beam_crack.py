@@ -20,7 +20,7 @@ REACH = 1.2
 
 
 def pushed(time):
-    """How far the line has gone down at a time, `m`: 0.01 m/s after a ramp of 0.05 s."""
+    """Displacement of the load line at a time, `m`: 0.01 m/s after a ramp of 0.05 s."""
     return np.where(time < 0.05, 0.1 * time**2, 0.01 * (time - 0.025))
 
 
@@ -53,7 +53,7 @@ def beam(axes, blocks, faces, cells, edges, frame):
 
 
 def main():
-    """Draws four states and the force at the line."""
+    """Draws four states and the force on the line."""
     folder = results("beam-crack")
     blocks, joints = Frames(folder / "blocks.vtkhdf"), Frames(folder / "joints.vtkhdf")
     with open(folder / "probes.csv", encoding="utf-8") as table:

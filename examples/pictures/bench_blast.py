@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A bench that is blasted hole after hole: blocks where they are, coloured by their speed.
+"""A bench blasted hole after hole: displaced blocks, coloured by their speed.
 
     cargo run --release -- examples/bench-blast.toml
     python examples/pictures/bench_blast.py
@@ -11,7 +11,7 @@ import ddem
 
 from results import colour_bar, nearest, panel, results, save, scene, sheet, speed
 
-# Time, height of what is seen, and where it is on the sheet.
+# Time, height of the view, and place on the sheet.
 VIEWS = (
     (0.01, 8.5, (0.2, 5.6, 3.8, 2.1)),
     (0.03, 8.5, (4.1, 5.6, 3.8, 2.1)),

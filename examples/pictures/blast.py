@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A block of rock that is blasted from its middle: at two times, from outside and cut open, and the
-sizes of its fragments.
+"""A block of rock blasted from its centre, at two times, from outside and cut open, and the sizes
+of its fragments.
 
     cargo run --release -- examples/blast.toml
     python examples/pictures/blast.py
@@ -14,7 +14,7 @@ from results import PICTURES, colour_bar, nearest, panel, results, save, scene, 
 
 TIMES = (0.01, 0.02)
 COLOURS, RANGE, LEAST = "YlOrRd", (0.0, 15.0), 1.0
-# Words, plane that opens the block, from where it is seen, middle and height of what is seen.
+# Words, plane that cuts the block open, view direction, centre and height of the view.
 VIEWS = (
     ("from outside", None, (-5.0, -8.0, 4.0), (1.2, 1.2, 1.25), 3.75),
     ("cut open", 1.2, (-2.0, -8.0, 2.0), (1.2, 1.8, 1.32), 3.05),

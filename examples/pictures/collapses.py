@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Rigid blocks that fall: a film of toppling columns, pictures of a wall and of a rockfall.
+"""Falling rigid blocks: a film of toppling columns, pictures of a wall and of a rockfall.
 
     cargo run --release -- examples/toppling.toml
     cargo run --release -- examples/wall.toml
@@ -20,12 +20,12 @@ sys.path.insert(0, str(ROOT / "examples"))
 
 from animate import camera, origin
 
-# Numbers of materials go by their names: sandstone, steel.
+# Materials are numbered in the order of their names: sandstone, steel.
 STEEL = 1
 
 
 def toppling():
-    """The film, until everything is at rest."""
+    """Draws the film until everything is at rest."""
     run, path = ddem.Results(results("toppling")), PICTURES / "toppling.gif"
     ddem.animate(
         run,
@@ -42,7 +42,9 @@ def toppling():
 
 
 def pair(name, title, about, seen, moments, apart=None):
-    """Two moments of a run, coloured by where the blocks come from, but for those of a material."""
+    """Draws two moments of a run, coloured by the initial height of the blocks; blocks of the
+    material `apart` are grey.
+    """
     direction, focus, height, tall = seen
     run = ddem.Results(results(name))
     values = origin(run, "z")
@@ -63,7 +65,7 @@ def pair(name, title, about, seen, moments, apart=None):
 
 
 def wall():
-    """The wall as it falls, and the stones at rest."""
+    """Draws the wall as it falls, and the stones at rest."""
     about = "86 stones in running bond, which weight and friction hold; true displacements"
     moments = (1.9, "it tilts about its toe"), (6.0, "at rest")
     seen = (0.9, 1.2, 0.5), (1.5, 1.6, 0.62), 3.8, 3.7
@@ -71,7 +73,7 @@ def wall():
 
 
 def rockfall():
-    """The blocks as they hit the berm, and in the end."""
+    """Draws the blocks as they hit the berm, and at the end."""
     about = "34 blocks of 1 to 10 t slide off a bedding plane; true displacements"
     moments = (2.9, "the first ones hit the berm"), (10.0, "caught by the berm, or on the floor")
     seen = (0.9, -1.0, 0.55), (-5.0, 4.0, 9.2), 31.0, 5.6

@@ -1,4 +1,4 @@
-"""What the pictures share: scenes by `ddem.plot`, sheets of them, fields of results, and the style."""
+"""Shared parts of the pictures: scenes by `ddem.plot`, sheets, fields of results, and the style."""
 
 import io
 from pathlib import Path
@@ -17,7 +17,7 @@ LOAD = "#c0392b"
 GROUND = "#d5dae0"
 ROOT = Path(__file__).resolve().parents[2]
 PICTURES = ROOT / "docs" / "pictures"
-# Bytes of a picture.
+# Largest size of a picture in bytes.
 MOST = 300_000
 
 matplotlib.rcParams.update(
@@ -49,11 +49,11 @@ class Frames:
         self.cells = (first.quads if self.joints else first.elements).reshape(-1)
 
     def point_field(self, name, frame=-1):
-        """A field on the points."""
+        """Field on the points."""
         return self.results[frame].pairs[name] if self.joints else self.results[frame][name]
 
     def cell_field(self, name, frame=-1):
-        """A field on the cells."""
+        """Field on the cells."""
         return self.results[frame][name]
 
 
@@ -70,7 +70,7 @@ def save(figure, name):
 
 
 def write(picture, path):
-    """Writes a picture, in 256 colours where all of them take too much, and says where."""
+    """Writes a picture, with only 256 colours if it would be too large, and prints its path."""
     path.parent.mkdir(parents=True, exist_ok=True)
     picture = picture.convert("RGB")
     picture.save(path, optimize=True)
@@ -80,19 +80,19 @@ def write(picture, path):
 
 
 def nearest(results, time):
-    """The frame that is nearest to a time in motion."""
+    """The frame nearest to a time in motion."""
     return results[int(np.abs(results.times - time).argmin())]
 
 
 def by_block(frame, values, least=0.0):
-    """Of each element the mean of its block, NaN, which is drawn grey, below `least`."""
+    """Mean over its block for each element; NaN, which is drawn grey, below `least`."""
     _, block = np.unique(frame.element_block, return_inverse=True)
     means = (np.bincount(block, values) / np.bincount(block))[block]
     return np.where(means < least, np.nan, means)
 
 
 def speed(frame, least):
-    """Of each element the speed of its block (m/s), NaN below `least`."""
+    """Speed of its block (m/s) for each element; NaN below `least`."""
     nodes = np.linalg.norm(frame.velocity, axis=1)
     return by_block(frame, nodes[frame.elements].mean(axis=1), least)
 
@@ -101,9 +101,10 @@ SIDE = (0.0, -1.0, 0.0)
 
 
 def scene(frame, values, focus, height, size, direction=SIDE, behind=None, bold=1.0, scale=1.0, **look):
-    """A picture by `ddem.plot` with nothing but the model: `height` metres around `focus`, seen from
-    a direction, cut open to what is `behind` a plane across y. `bold` widens the traces of joints that
-    have failed; displacements are true where no `scale` is given."""
+    """A picture of the model alone by `ddem.plot`: `height` metres around `focus`, seen from a
+    direction, cut open to the part `behind` a plane across y. `bold` widens the traces of failed
+    joints. Displacements are true unless a `scale` is given.
+    """
     plotter = ddem.plot(frame, values, scale=scale, window_size=size, show=False, **look)
     for words in plotter.renderer.GetActors2D():
         words.VisibilityOff()
@@ -123,7 +124,7 @@ def scene(frame, values, focus, height, size, direction=SIDE, behind=None, bold=
 
 
 def _open(plotter, frame, plane):
-    """Leaves the blocks whose middle is behind the plane, with their edges."""
+    """Keeps the blocks whose centre is behind the plane, with their edges."""
     middles = by_block(frame, frame.points[frame.elements][:, :, 1].mean(axis=1))
     mapper = plotter.actors["blocks"].mapper
     faces = mapper.dataset
@@ -134,7 +135,7 @@ def _open(plotter, frame, plane):
 
 
 def sheet(size, title, about):
-    """An empty figure with its title, and a line about it."""
+    """An empty figure with its title and a subtitle."""
     figure = plt.figure(figsize=size)
     figure.text(0.02, 1.0 - 0.5 / size[1], title, size=21, weight="bold")
     figure.text(0.02, 1.0 - 0.82 / size[1], about, size=13, color=FAINT)
@@ -142,8 +143,9 @@ def sheet(size, title, about):
 
 
 def panel(figure, place, words, draw):
-    """A part of a figure with a line above: `place` is left, low, width, height in inches, and `draw`
-    makes the picture of a size in pixels."""
+    """A part of a figure with a title line: `place` is left, low, width, height in inches, and
+    `draw` makes the picture for a size in pixels.
+    """
     left, low, width, height = np.array(place) / np.tile(figure.get_size_inches(), 2)
     axes = figure.add_axes((left, low, width, height))
     pixels = tuple(int(round(figure.dpi * length)) for length in place[2:])
@@ -153,7 +155,7 @@ def panel(figure, place, words, draw):
 
 
 def colour_bar(figure, place, cmap, clim, label):
-    """What colours mean; `place` as that of a panel."""
+    """Colour bar; `place` as for a panel."""
     colours = plt.cm.ScalarMappable(cmap=cmap)
     colours.set_clim(*clim)
     axes = figure.add_axes(np.array(place) / np.tile(figure.get_size_inches(), 2))
@@ -161,7 +163,7 @@ def colour_bar(figure, place, cmap, clim, label):
 
 
 def side(frames, axis, place):
-    """Faces of elements that lie on a plane: four points each, in order, and their cells."""
+    """Faces of elements on a plane: four points each, in order, and their cells."""
     corners = frames.cells.reshape(-1, 8)
     on_plane = np.abs(frames.points[corners][:, :, axis] - place) < 1e-9
     cells = np.flatnonzero(on_plane.sum(axis=1) == 4)
@@ -173,7 +175,7 @@ def side(frames, axis, place):
 
 
 def outlines(faces, blocks):
-    """Edges of faces that only one element of a block has: pairs of points."""
+    """Edges of faces that belong to one element of a block only: pairs of points."""
     edges = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2)
     keyed = np.sort(edges.reshape(-1, 2), axis=1)
     keyed = np.column_stack([np.repeat(blocks, 4), keyed])

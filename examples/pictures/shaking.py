@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A slope in an earthquake: velocities as the wave comes up, turns at the surface and leaves.
+"""A slope in an earthquake: velocities as the wave rises, is reflected at the surface and leaves.
 
     cargo run --release -- examples/shaking.toml
     python examples/pictures/shaking.py
@@ -25,7 +25,7 @@ CURVES = (
 
 
 def curves(axes, rows):
-    """Velocities of three points in time."""
+    """Draws the velocities of three points over time."""
     times = np.array([float(row["time"]) for row in rows]) * 1e3
     for probe, name, colour in CURVES:
         speed = [float(row[f"{probe}.x"]) for row in rows]

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Displacements across two weak planes, and when they failed: figures 9, 10 and 11 of the paper.
+"""Displacements across two weak planes, and their failure times: figures 9, 10 and 11 of the paper.
 
     cargo run --release -- examples/shear.toml
     python examples/pictures/shear.py
@@ -86,7 +86,7 @@ def displacements():
 
 
 def failures():
-    """Figures 10 and 11: when the points of each plane failed."""
+    """Figures 10 and 11: failure times of the points of each plane."""
     joints = Frames(results("shear") / "joints.vtkhdf")
     times = 1e3 * joints.point_field("failure_time")
     figure = plt.figure(figsize=(12, 6.9))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A slope at its factor of safety: the blocks that move in the trial that fails.
+"""A slope at its factor of safety: the blocks that move in the failing trial.
 
     cargo run --release -- examples/slope-safety.toml
     python examples/pictures/slope_safety.py
@@ -16,7 +16,7 @@ COLOURS, SCALE, LEAST = "YlOrRd", 200.0, 0.5
 
 
 def main():
-    """Draws the last frame, that of the trial that fails."""
+    """Draws the last frame, that of the failing trial."""
     run = ddem.Results(results("slope-safety"))
     frame, factor = run[-1], run.summary["stages"][-1]["factor"]
     size = 1e3 * np.linalg.norm(frame.displacement, axis=1)[frame.elements].mean(axis=1)

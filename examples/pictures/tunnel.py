@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A tunnel in jointed rock: blocks where they are, coloured by the vertical pressure.
+"""A tunnel in jointed rock: displaced blocks, coloured by the vertical pressure.
 
     cargo run --release -- examples/tunnel.toml
     python examples/pictures/tunnel.py
@@ -11,7 +11,7 @@ import ddem
 
 from results import colour_bar, nearest, panel, results, save, scene, sheet
 
-# Time, words, middle and height of what is seen, and where it is on the sheet.
+# Time, words, centre and height of the view, and place on the sheet.
 VIEWS = (
     (1.0, "1 s: the bench is dug, blocks of the roof fall", (0.0, 0.5, 0.2), 13.4, (0.2, 0.25, 7.7, 7.3)),
     (0.0, "before", (0.0, 0.5, 0.4), 11.5, (8.1, 5.55, 3.7, 2.0)),
@@ -22,7 +22,7 @@ COLOURS, RANGE = "RdYlBu", (0.0, 3.0)
 
 
 def main():
-    """Draws the end large, and what led to it."""
+    """Draws the final state large, and earlier states small."""
     run = ddem.Results(results("tunnel"))
     about = "true displacements; thick lines: joints that hold (black), failed in shear (blue), open (orange)"
     figure = sheet((12, 9), "A tunnel in jointed rock, 60 m below ground", about)

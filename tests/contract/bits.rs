@@ -8,14 +8,14 @@ use ddem_deck::TimeStep;
 use super::decks::mixed;
 use super::shared::{How, deck, run_into};
 
-/// Large enough for several tasks.
+/// Deck large enough for several parallel tasks.
 fn large() -> String {
     let text = mixed().replace("divisions = 2", "divisions = 4");
     assert!(deck(&text).build().expect("a model").n_nodes() > 3000);
     text
 }
 
-/// The tables of a run.
+/// Tables of a run.
 fn tables(folder: &Path) -> [Vec<u8>; 2] {
     ["probes.csv", "energy.csv"].map(|name| std::fs::read(folder.join(name)).expect("a table"))
 }

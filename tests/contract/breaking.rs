@@ -1,4 +1,5 @@
-//! Joints that break: the same bits on any number of threads, and of strengths that are not reached.
+//! Joints that break: the same bits on any number of threads, and with strengths that are not
+//! reached.
 
 use ddem_core::{FIELDS, FieldLocation, Simd, Simulation};
 use ddem_deck::TimeStep;
@@ -6,8 +7,8 @@ use ddem_deck::TimeStep;
 use super::decks::MATTER;
 use super::shared::deck;
 
-/// A pile that settles, is torn by a driven support and then slides, with thick joints and springs
-/// that break in every way.
+/// A pile that settles, is torn by a driven support and then slides. Its thick joints and springs
+/// break in every way.
 pub(crate) fn torn(strength: f64) -> String {
     let joint = |name: &str, kind: &str, part: f64| {
         let [cohesion, tension] = [0.4e6, 0.2e6].map(|most| most * part * strength);
@@ -62,7 +63,7 @@ every = 1e-5
     )
 }
 
-/// The simulation at the end of some steps, and everything that can be seen of it.
+/// Failed pairs and all outputs, as bits, after some steps.
 fn state(text: &str, threads: usize, simd: Simd, steps: usize) -> ([u64; 2], Vec<u64>) {
     let deck = deck(text);
     let mut simulation = Simulation::with_simd(deck.build().expect("a model"), simd);

@@ -1,5 +1,6 @@
-//! Blocks that meet, rigid and deformable, and joints that a contact takes the place of: the same bytes
-//! however a deck is run, and after any interruption; what of its checkpoint cannot be is refused.
+//! Rigid and deformable blocks in contact, and joints that contacts replace. The bytes are the same
+//! however a deck is run and after any interruption; impossible states in its checkpoint are
+//! refused.
 
 use std::path::Path;
 
@@ -11,8 +12,8 @@ use ddem_io::run::{Options, run};
 use super::resume::{everything, interrupted};
 use super::shared::{Frames, How, StopAfter, run_into};
 
-/// Two walls whose joints are weak, one rigid, on a floor; a driven block breaks them and one falls on
-/// the rubble.
+/// Two walls with weak joints, one of them rigid, on a floor. A driven block breaks them, and
+/// another block falls on the rubble.
 fn rubble() -> String {
     let wall = |name: &str, y: f64, body: &str| {
         format!(
@@ -106,7 +107,7 @@ fn interrupted_while_blocks_meet() {
     }
 }
 
-/// Goes on from a checkpoint with another state; what is said.
+/// Resumes from a checkpoint with another state, and returns the error message.
 fn resumed(folder: &Path, state: &[u8]) -> String {
     let path = folder.join("checkpoint.h5");
     let whole = Checkpoint::load(&path).expect("a checkpoint");
@@ -129,7 +130,7 @@ fn a_checkpoint_with_a_state_that_cannot_be_is_refused() {
         changed[at] = value;
         changed
     };
-    // The number of blocks follows that of the format.
+    // The number of blocks follows the format number.
     for (wrong, reason) in [
         (Vec::new(), "damaged"),
         (whole[..whole.len() - 1].to_vec(), "damaged"),
@@ -147,7 +148,7 @@ fn a_checkpoint_with_a_state_that_cannot_be_is_refused() {
     assert!(run_into(&rubble(), folder.path(), How { resume: true, ..How::default() }));
 }
 
-/// Three blocks of 24 kN, on each other and on ground that is held, that come to rest.
+/// Three blocks of 24 kN that come to rest on each other and on fixed ground.
 const PILE: &str = "
 [model]
 gravity = [0, 0, -10]
@@ -187,7 +188,7 @@ frames = 4
 damping = { local = 0.8 }
 ";
 
-/// What an engineer adds up from the file: at each level the contacts bear what is above.
+/// Sums that an engineer takes from the file: at each level the contacts carry the weight above.
 #[test]
 fn forces_in_the_results_bear_the_weight() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -213,7 +214,7 @@ fn forces_in_the_results_bear_the_weight() {
             along < 0.0 && (0..3).all(|c| (traction[at][c] * area[at] - force[at][c]).abs() < 1e-6)
         );
     }
-    // At the start the last block hangs in the air, and nothing presses yet.
+    // At the start the last block hangs in the air, and no contact carries force yet.
     assert!(frames.at("gap", 0).is_empty());
     let summary = ddem_io::summary::Summary::read(folder.path().join("summary.json"));
     let contacts = summary.expect("a summary").contacts;

@@ -1,6 +1,6 @@
 //! Decks of the tests.
 
-/// Rock, joints of rock and stiffer ones.
+/// Rock, joints of rock and stiffer joints.
 pub(crate) const MATTER: &str = "
 [materials.rock]
 density = 2400.0
@@ -16,8 +16,8 @@ young = 60e9
 poisson = 0.2
 ";
 
-/// Relaxation in increments, then two dynamic stages: driven support, damping, loads that come,
-/// change and go; five blocks along x, so that packs of four are not filled.
+/// A relaxation in increments, then two dynamic stages: driven support, damping, loads that start,
+/// change and end. Five blocks along x, so that packs of four are not filled.
 pub(crate) const MIXED: &str = "
 title = 'relaxed, shaken, let go'
 [model]
@@ -92,7 +92,7 @@ quantity = 'stress'
 every = 3e-5
 ";
 
-/// The mixed deck.
+/// Text of the mixed deck.
 pub(crate) fn mixed() -> String {
     format!("{}{MATTER}", MIXED)
 }

@@ -1,5 +1,5 @@
-//! What other Rust programs rely on: errors that `?` passes on and that say all, types of dependencies
-//! without a dependency of their own, and the code in README.md.
+//! Features that other Rust programs rely on: complete errors that `?` passes on, types of
+//! dependencies without a dependency of their own, and the code in README.md.
 
 use std::error::Error;
 use std::fs;
@@ -28,7 +28,7 @@ fn errors_are_errors() {
     passes_on::<OutputError>();
 }
 
-/// One fault in each of two ways to a model.
+/// Fails with one error, on each of two ways to a model.
 fn fails(text: Option<&str>) -> Result<Simulation, Box<dyn Error>> {
     let deck = match text {
         Some(text) => {
@@ -48,7 +48,7 @@ fn fails(text: Option<&str>) -> Result<Simulation, Box<dyn Error>> {
     Ok(Simulation::new(deck.build()?))
 }
 
-/// Also by its `Debug`, which is what a `main` that returns an error shows.
+/// The `Debug` text says it too, because a `main` that returns an error prints it.
 #[test]
 fn errors_say_what_is_wrong_where_and_what_helps() {
     let unknown = "[materials.rock]\ndensity = 2400\nyoung = 18e9\npossion = 0.25\n";
@@ -67,7 +67,8 @@ fn errors_say_what_is_wrong_where_and_what_helps() {
     }
 }
 
-/// What helps is not the same on the command line, in Python and in Rust; and a chain says nothing twice.
+/// Errors state the fact alone, because the remedy differs between command line, Python and Rust. A
+/// chain of errors repeats nothing.
 #[test]
 fn errors_of_files_say_the_fact_alone_and_once() {
     let folder = || "results".into();
@@ -122,7 +123,7 @@ fn types_of_dependencies_come_with_the_library() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The Rust code in README.md is that of the examples, which are compiled.
+/// The Rust code in README.md is part of the examples, which are compiled.
 #[test]
 fn the_code_in_the_readme_is_that_of_the_examples() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -1,4 +1,4 @@
-//! Every row of `energy.csv` is in balance, whatever the stage does.
+//! Every row of `energy.csv` is in balance in all stages.
 
 use super::shared::run;
 
@@ -42,7 +42,7 @@ kind = \"dynamic\"
 duration = 6e-3
 ";
 
-/// Largest imbalance of a row against the largest work.
+/// Largest imbalance of a row divided by the largest work.
 fn imbalance(deck: &str) -> f64 {
     let run = run(deck);
     let largest = |name: &str| run.energy.column(name).iter().fold(0.0_f64, |m, x| m.max(x.abs()));

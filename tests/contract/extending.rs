@@ -1,5 +1,5 @@
-//! Programs add a joint law, a load, an output field and a shape of blocks: one of each here, with nothing but
-//! what the crate exports.
+//! Programs add a joint law, a load, an output field and a block shape: one of each, only with
+//! items that the crate exports.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -13,10 +13,11 @@ use ddem::{FIELDS, Field, FieldLocation, Model, Simulation, Snapshot};
 const SLANT: f64 = 0.3;
 /// Tension along the bars `[Pa]`.
 const TENSION: f64 = 1e6;
-/// Relative error that is allowed: bars turn by a part of their strain of 6e-5, and tractions with them.
+/// Allowed relative error: bars rotate by a part of their strain of 6e-5, and tractions rotate with
+/// them.
 const ERROR: f64 = 2e-5;
 
-/// A shape of blocks: two slanted bars one after the other along x, with edges of 1 m along x and z.
+/// Block shape: two slanted bars one after the other along x, with edges of 1 m along x and z.
 fn slanted_bars() -> HexMesh {
     let mut mesh = HexMesh::default();
     for bar in 0..2 {
@@ -40,7 +41,7 @@ fn ends(bar: u32) -> [[u32; 4]; 2] {
     [[0, 3, 7, 4], [1, 2, 6, 5]].map(|end: [u32; 4]| end.map(|node| 8 * bar + node))
 }
 
-/// A joint law: fails under one shear traction, whatever presses or pulls.
+/// Joint law that fails at one shear traction, for any normal traction.
 #[derive(Debug)]
 struct Glue {
     shear: f64,
@@ -60,14 +61,14 @@ impl JointLaw for Glue {
     }
 }
 
-/// A load: a traction over a parallelogram, by its area.
+/// Load: a traction times the area of a parallelogram, in equal parts at its nodes.
 fn traction(mesh: &HexMesh, quad: [u32; 4], traction: [f64; 3]) -> Vec<(u32, [f64; 3])> {
     let [a, b, _, d] = quad.map(|node| nalgebra::Vector3::from(mesh.nodes[node as usize]));
     let area = (b - a).cross(&(d - a)).norm();
     quad.map(|node| (node, traction.map(|t| t * area / 4.0))).to_vec()
 }
 
-/// An output field: von Mises' stress at the centres of the elements.
+/// Output field: von Mises stress at the centres of the elements.
 const VON_MISES: Field = Field::new("von_mises", "Pa", FieldLocation::Element, 1, von_mises);
 
 fn von_mises(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
@@ -81,7 +82,7 @@ fn von_mises(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     }
 }
 
-/// The bars under tension, at rest, glued with a shear strength.
+/// Bars under tension in equilibrium, glued with a shear strength.
 fn pulled(shear: f64) -> Simulation {
     let mesh = slanted_bars();
     let mut builder = ProblemBuilder::new(&mesh, Elastic::new(2400.0, 18e9, 0.25)).unwrap();
@@ -92,18 +93,18 @@ fn pulled(shear: f64) -> Simulation {
         law: Some(Arc::new(Glue { shear })),
     });
     builder.join([ends(0)[1], ends(1)[0]], glue).unwrap();
-    // The tension acts along x alone: on an end it is less by the cosine of the slant.
+    // The tension acts along x alone; on an end it is smaller by the cosine of the slant.
     let along = TENSION / (1.0 + SLANT * SLANT).sqrt();
     for (end, pull) in [(ends(0)[0], -along), (ends(1)[1], along)] {
         builder.load(&traction(&mesh, end, [pull, 0.0, 0.0])).unwrap();
     }
-    // As few supports as hold two bars in one piece.
+    // Only as many supports as two joined bars need.
     builder.fix(&[0], [true; 3]).unwrap();
     builder.fix(&[1], [false, true, true]).unwrap();
     builder.fix(&[4], [false, true, false]).unwrap();
     let (problem, _) = builder.build().unwrap();
     let mut simulation = Simulation::new(Model::new(Arc::new(problem)));
-    // Bars that part never come to rest.
+    // Bars that separate never come to rest.
     let _ = simulation.relax(1e-9, 20_000);
     simulation
 }

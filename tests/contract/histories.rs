@@ -1,9 +1,9 @@
-//! Loads and supports in time.
+//! Loads and supports over time.
 
 use super::decks::MATTER;
 use super::shared::{edited, run};
 
-/// One free block of 2400 kg pushed at all nodes evenly: it moves as a point mass.
+/// One free block of 2400 kg, pushed evenly at all nodes, moves as a point mass.
 const POINT: &str = "
 [[blocks]]
 name = 'block'
@@ -62,7 +62,7 @@ fn assert_pace(text: &str, exact: [f64; 8]) {
 
 #[test]
 fn a_ramp_counts_from_its_stage_and_ends_with_another() {
-    // a = t/0.2, then 1; nothing from the start of `go` on.
+    // a = t/0.2, then 1; zero from the start of `go`.
     let ramp = "{ ramp = 0.2 }";
     assert_pace(&point(ramp, "until = 'go'"), [0.0, 0.0, 0.025, 0.1, 0.2, 0.3, 0.3, 0.3]);
     assert_pace(&point(ramp, ""), [0.0, 0.0, 0.025, 0.1, 0.2, 0.3, 0.4, 0.5]);
@@ -70,7 +70,7 @@ fn a_ramp_counts_from_its_stage_and_ends_with_another() {
 
 #[test]
 fn a_table_is_linear_between_its_rows_and_constant_outside() {
-    // 1 up to 0.1, down to −1 at 0.3, and so on from there.
+    // 1 until 0.1, linear to −1 at 0.3, and constant afterwards.
     let table = "{ table = [[0.1, 1.0], [0.3, -1.0]] }";
     let exact = [0.0, 0.0, 0.1, 0.15, 0.1, 0.0, -0.1, -0.2];
     assert_pace(&point(table, ""), exact);
@@ -82,7 +82,7 @@ fn a_load_without_history_acts_at_once() {
     assert_pace(&text, [0.0, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]);
 }
 
-/// A column whose top is driven.
+/// Column whose end is driven.
 const DRIVEN: &str = "
 [[blocks]]
 size = [2.0, 1.0, 1.0]
@@ -146,7 +146,7 @@ fn driven_supports_move_as_they_are_told_and_let_go() {
     for [time, y] in series[1].iter().filter(|[time, _]| *time <= 4e-3 + 1e-12) {
         assert!((y + 0.01 * (time - 1e-3).max(0.0)).abs() < 1e-15, "{y:e} at {time}");
     }
-    // ∫ of a linear rise to 1 in 1 ms, by the midpoints of the steps: exact but for the step in
+    // ∫ of a linear rise to 1 in 1 ms, by the midpoints of the steps: exact except in the step in
     // which the rise ends.
     let step = run.summary.stages[1].time_step;
     let tolerance = 0.03 * 1e3 * step * step / 8.0 + 1e-14;

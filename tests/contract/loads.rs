@@ -1,9 +1,9 @@
-//! Resultants of loads, by the reactions that answer them.
+//! Resultants of loads, from the reactions.
 
 use super::decks::MATTER;
 use super::shared::{edited, run};
 
-/// Six unit blocks on a base that holds everything.
+/// Six unit blocks on a fixed base.
 const BLOCKS: &str = "
 [[blocks]]
 name = 'wall'
@@ -31,7 +31,7 @@ quantity = 'displacement'
 ";
 
 fn deck(extra: &str) -> String {
-    // Rounding of the rotations would be felt at loads as small as these.
+    // At such small loads the rounding of rotations would matter.
     format!("[model]\nkinematics = 'small'\n{MATTER}{BLOCKS}{extra}")
 }
 
@@ -61,7 +61,7 @@ fn tractions_are_integrated_over_what_is_selected() {
     let times = |area: f64| t.map(|t| t * area);
     load("z = 1.5", traction, times(6.0));
     load("x = 4.0", traction, times(2.0));
-    // Ranges within elements, across the gap at y = 0 and up to its middle.
+    // Ranges within elements, across the gap at y = 0, and up to its middle.
     load("x = 4.0, y = [-0.7, 0.7]", traction, times(1.4));
     load("x = 4.0, y = [-0.7, 0.0]", traction, times(0.7));
     load("x = 1.0, y = [-0.123, 0.004], z = [0.6, 1.41]", traction, times(0.127 * 0.81));
@@ -97,7 +97,7 @@ fn a_force_is_what_it_says_in_all() {
 #[test]
 fn gravity_pulls_at_the_whole_volume_joints_included() {
     let text = edited(&deck(""), "[model]", "[model]\ngravity = [1.0, -2.0, -9.81]");
-    // Two planes of joints across x of 2 m² and one across y of 3 m², 20 mm thick, that cross.
+    // Two joint planes across x of 2 m² and one across y of 3 m², 20 mm thick; they cross.
     let (across_x, across_y) = (2.0 * 0.02 * 2.0, 0.02 * 3.0);
     let both = 2.0 * 0.02 * 0.02;
     let joints = across_x + across_y - both;
@@ -130,15 +130,16 @@ quantity = 'displacement'
 #[test]
 fn what_a_removed_block_leaves_is_a_free_face() {
     let removed = "[[remove]]\nwhere = { x = [3.0, 4.0], y = [0.0, 1.0] }\n";
-    // The face at the cavity stands back by half of the joint and can be loaded.
+    // The face at the cavity is set back by half of the joint and can be loaded.
     let cavity = "[[load]]\nwhere = { x = [2.985, 2.995] }\npressure = 1e5\n";
     let run = run(&deck(&format!("{removed}{cavity}")));
     assert_eq!(run.summary.blocks, 5);
-    // The block is as wide as its cell less half of the joint along y.
+    // The width of the block is that of its cell minus half of the joint along y.
     let exact = -1e5 * 0.99;
     let found = -run.last("base.x");
     assert!((found / exact - 1.0).abs() < 1e-8, "{found} instead of {exact}");
-    // The outer face of what is gone takes no load, and with it went the joint beside.
+    // The outer face of the removed block carries no load; the joint beside it has been removed
+    // too.
     let extra = format!("{removed}[[load]]\nwhere = {{ x = 4.0 }}\npressure = 1e5\n");
     let found = resultant(&deck(&extra));
     assert_is("half of the end is gone", found, [-1e5 * 0.99, 0.0, 0.0]);

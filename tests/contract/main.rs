@@ -1,5 +1,5 @@
-//! What a run promises besides numbers that are right: the same bits however it is run, loads and
-//! supports as the deck says, and little memory.
+//! Properties of a run besides correct numbers: the same bits however it is run, loads and supports
+//! as in the deck, and low memory use.
 
 #![allow(clippy::print_stdout, reason = "errors that were found, shown by --nocapture")]
 

@@ -1,11 +1,11 @@
-//! What a large model costs.
+//! Cost of a large model.
 
 use std::time::Instant;
 
 use super::decks::MATTER;
 use super::shared::deck;
 
-/// A number of `/proc/self/status` `[B]`.
+/// Number from `/proc/self/status` `[B]`.
 fn status(name: &str) -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").expect("Linux");
     let line = text.lines().find_map(|line| line.strip_prefix(name)).expect("the number");
@@ -13,7 +13,8 @@ fn status(name: &str) -> f64 {
     1024.0 * kilobytes
 }
 
-/// A million nodes, alone in its process: `SLOW=1 cargo test --test contract million_nodes_are`.
+/// A million nodes; this test must run alone in its process: `SLOW=1 cargo test --test contract
+/// million_nodes_are`.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_million_nodes_are_built_in_seconds_and_in_little_memory() {
@@ -35,7 +36,7 @@ fn a_million_nodes_are_built_in_seconds_and_in_little_memory() {
     assert!(nodes == 1e6 && seconds < 10.0, "{seconds} s");
     assert!(peak <= 400.0 * nodes, "{} B a node", peak / nodes);
     assert!(peak <= 2.0 * now, "peak {peak} B, then {now} B");
-    // What is saved is the state once, and no more is needed to save it.
+    // The saved bytes contain the state once, and saving needs no more memory than that.
     std::fs::write("/proc/self/clear_refs", "5").expect("a new peak");
     let before = status("VmRSS");
     let saved = simulation.save().bytes().len() as f64;
@@ -44,7 +45,7 @@ fn a_million_nodes_are_built_in_seconds_and_in_little_memory() {
     assert!(saved < 52.0 * nodes && more < 1.05 * saved, "{saved} B with {more} B");
 }
 
-/// A million nodes; with probes at places all over it, and a stage for each shaft that is dug.
+/// Deck of a million nodes, with probes spread over it and a stage for each excavated shaft.
 fn million(probes: usize, shafts: usize) -> String {
     let mut text = format!(
         "{MATTER}
@@ -76,7 +77,8 @@ fn million(probes: usize, shafts: usize) -> String {
     text
 }
 
-/// The same with 1000 probes and 100 excavations: `SLOW=1 cargo test --test contract excavations`, alone.
+/// The same with 1000 probes and 100 excavations, to run alone: `SLOW=1 cargo test --test contract
+/// excavations`.
 #[cfg(target_os = "linux")]
 #[test]
 fn probes_and_excavations_cost_little_beside_a_million_nodes() {
@@ -98,7 +100,7 @@ fn probes_and_excavations_cost_little_beside_a_million_nodes() {
         assert_eq!(session.probes().len(), probes);
         (session, seconds, peak)
     };
-    // What was built first stays, so that what it leaves is not used again.
+    // The first session is kept, so that its memory is not used again.
     let (bare, _, least) = build(0, 0);
     let (full, seconds, peak) = build(1000, 100);
     assert_eq!(bare.simulation().model().n_nodes(), 1_000_000);

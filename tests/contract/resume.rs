@@ -1,4 +1,4 @@
-//! A run that was interrupted and gone on with is the run that was not.
+//! A run that was interrupted and resumed equals the run that was not.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -35,7 +35,7 @@ const FIELDS: [(&str, &str, &str); 21] = [
     ("contacts.vtkhdf", "PointData", "blocks"),
 ];
 
-/// Of decks that ask for peaks.
+/// Fields of decks with peaks.
 const PEAKS: [(&str, &str, &str); 3] = [
     ("blocks.vtkhdf", "PointData", "peak_velocity"),
     ("blocks.vtkhdf", "CellData", "peak_tension"),
@@ -53,7 +53,7 @@ pub(crate) fn everything(folder: &Path) -> Vec<(String, Vec<u64>)> {
     let summary = std::fs::read_to_string(folder.join("summary.json")).expect("a summary");
     let peaks: &[_] = if summary.contains("peaks = true") { &PEAKS } else { &[] };
     for &(file, group, field) in FIELDS.iter().chain(peaks) {
-        // Where blocks cannot meet there are no contacts.
+        // Without contacts there is no such file.
         if file == "contacts.vtkhdf" && !folder.join(file).exists() {
             continue;
         }
@@ -87,7 +87,7 @@ fn interrupted_runs_end_the_same_bit_for_bit() {
     let (expected, steps) = interrupted(&mixed(), &[]);
     let [relax, shake] = [steps[0], steps[1]];
     println!("steps of the stages: {steps:?}");
-    // Questions are asked at every step, and once more for each part of the loads that is done.
+    // The observer is asked at every step, and once more after each load increment.
     let between = relax + 3;
     let stops: [&[u64]; 9] = [
         &[0],
@@ -131,8 +131,8 @@ fn interrupted_while_joints_break_and_slide() {
     }
 }
 
-/// Copies the results as they are when the first stage is done: what is left when a machine fails
-/// in the second.
+/// Copies the results when the first stage is done: these files remain if the machine fails in the
+/// second.
 struct CopyAfterFirst {
     from: PathBuf,
     to: PathBuf,
@@ -154,7 +154,7 @@ impl Observer for CopyAfterFirst {
 #[test]
 fn a_run_that_was_cut_off_goes_on_from_the_end_of_the_stage_before() {
     let [whole, cut] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
-    // Stages of motion one after another, whose damping differs.
+    // Dynamic stages in sequence, with different damping.
     let motion = "kind = 'dynamic'\nduration = 2e-4\ndamping = { ratio = 0.05 }";
     let text = mixed()
         .replace("kind = 'relax'", motion)
@@ -176,7 +176,7 @@ fn a_run_that_was_cut_off_goes_on_from_the_end_of_the_stage_before() {
     }
 }
 
-/// Raises its flag at an event. What takes long before a step sees it; the steps do only with
+/// Raises its flag at an event. Long operations before a step check it; steps check it only with
 /// `at_steps`.
 struct StopAt {
     flag: Arc<AtomicBool>,
@@ -213,7 +213,7 @@ fn stopped(text: &str, when: fn(&Event<'_>) -> bool, at_steps: bool) -> Vec<(Str
 
 #[test]
 fn stopped_before_the_first_step_of_a_stage() {
-    // A second relaxation searches for its masses; a motion has its critical step already.
+    // A second relaxation computes its masses; a dynamic stage already has its critical step.
     for (text, kind) in [(mixed(), "dynamic"), (settling_twice(), "relax")] {
         let (expected, _) = interrupted(&text, &[]);
         let found = stopped(&text, |event| matches!(event, Event::StageDone(_)), kind == "dynamic");
@@ -236,7 +236,7 @@ fn settling_twice() -> String {
 fn stopped_as_the_first_joints_fail() {
     let text = torn(1.0).replace("divisions = 4", "divisions = 2");
     let (expected, _) = interrupted(&text, &[]);
-    // From the start of the pull on, what takes long is the critical step of broken joints.
+    // After the start of the pull, the long operation is the critical step of broken joints.
     let pull = |event: &Event<'_>| matches!(event, Event::StageStarted(p) if !p.relax);
     let found = stopped(&text, pull, false);
     for ((what, expected), (_, found)) in expected.iter().zip(&found) {

@@ -1,4 +1,4 @@
-//! A session is a run that a program drives: the same bits, the same files.
+//! A session is a run driven by a program: the same bits, the same files.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use ddem_io::run::{Event, Observer, Session, StageStatus};
 use super::decks::mixed;
 use super::shared::{Frames, How, run_into};
 
-/// Keeps the samples of the probes.
+/// Stores the samples of the probes.
 #[derive(Default)]
 struct Samples(Vec<(u64, f64, Vec<Option<f64>>)>);
 
@@ -30,7 +30,7 @@ fn session(deck: &Deck) -> Session {
     Session::new(deck, Simd::default()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Moves a session through the stages of its deck.
+/// Runs a session through the stages of its deck.
 fn all_stages(session: &mut Session, folder: Option<&Path>) -> Samples {
     let mut samples = Samples::default();
     for stage in session.site().deck().stage.clone() {
@@ -64,23 +64,23 @@ fn stages_of_a_program_are_those_of_the_deck_bit_for_bit() {
         let read = |folder: &Path| std::fs::read(folder.join(file)).expect("a table");
         assert!(read(run.path()) == read(own.path()), "{file}");
     }
-    // What is told of the probes is what the table has, with or without files.
+    // Reported samples equal the rows of the table, with or without files.
     let mut silent = session(&deck);
     assert_eq!(all_stages(&mut silent, None).0.len(), samples.0.len());
     let table = std::fs::read_to_string(own.path().join("probes.csv")).expect("a table");
-    // A stage may begin with the row in which the one before has ended.
+    // A stage may begin with the last row of the stage before.
     let times = table.lines().skip(1).map(|row| row.split(',').skip(1).take(2).collect());
     let mut times: Vec<Vec<&str>> = times.collect();
     times.dedup();
     assert_eq!(times.len(), samples.0.len());
     assert_eq!(silent.simulation().displacements(), recorded.simulation().displacements());
-    // And it goes on from what it has saved.
+    // A loaded session continues from its saved state.
     let path = own.path().join("saved.h5");
     recorded.save(&path).expect("a file");
     let loaded = Session::load(&path, Simd::default(), Some(&deck), |_| Ok(()));
     let mut loaded = loaded.unwrap_or_else(|error| panic!("{error}"));
     assert_eq!(loaded.simulation().save(), recorded.simulation().save());
-    // As text, since some numbers are not one.
+    // Compared as text, since some numbers are NaN.
     let stages = |session: &mut Session| format!("{:?}", session.summary().stages);
     assert_eq!(stages(&mut loaded), stages(&mut recorded));
 }
@@ -101,7 +101,7 @@ fn a_folder_belongs_to_one_model() {
     let out = folder.path().join("run");
     all_stages(&mut session(&untitled(2400.0)), Some(&out));
     let before = std::fs::read(out.join("summary.json")).expect("results");
-    // What another model, or the same one, wrote is moved out of the way.
+    // Results of another run, of the same model or not, are moved out of the way.
     all_stages(&mut session(&untitled(2500.0)), Some(&out));
     all_stages(&mut session(&untitled(2400.0)), Some(&out));
     let kept = |number: u32| folder.path().join(format!("run.{number}"));
@@ -137,18 +137,18 @@ fn looks_on_the_way_change_no_bit_and_end_a_stage_as_its_time_does() {
         let mut looks = 0;
         while looked.advance(&mut begun, &mut samples).expect("steps") == StageStatus::Paused {
             looks += 1;
-            // What is only looked at stays as it is.
+            // Evaluations change nothing.
             let simulation = looked.simulation_mut();
             let _ = (simulation.energy(), simulation.contacts(), simulation.forces());
         }
         looked.end(begun, true, &mut samples).expect("an end");
-        // The seventh is the end itself, or a step beside it.
+        // The seventh pause is the end itself, or one step beside it.
         assert!(every.map_or(looks == 0, |_| (6..=7).contains(&looks)), "{looks}");
     }
     assert_eq!(looked.simulation().save(), plain.simulation().save());
     let bits = |samples: &Samples| format!("{:?}", samples.0);
     assert_eq!(bits(&samples), bits(&all));
-    // A stage that is ended at a look is as long as that, and others follow it.
+    // A stage ended at a pause lasts until there, and other stages can follow it.
     let mut short = session(&deck);
     let stages = short.site().deck().stage.clone();
     let stage = stages.iter().find(|stage| stage.duration.is_some()).expect("one that moves");

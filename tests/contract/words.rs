@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Words with which no doc comment opens: what follows them names no quantity.
+/// Words with which no doc comment may open, because no quantity follows them.
 const OPENERS: [&str; 8] = ["What", "Whether", "How", "Who", "Whose", "Where", "Which", "Why"];
 
 /// Path and text of every source file of all crates.

@@ -25,7 +25,7 @@ const CORNERS: [[f64; 3]; 8] = [
     [-1.0, 1.0, 1.0],
 ];
 
-/// Which displacement field an element carries.
+/// Displacement field of an element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Formulation {
     /// Trilinear, fully integrated.
@@ -138,13 +138,14 @@ fn jacobian(nodes: &[Vector3<f64>; 8], point: [f64; 3]) -> Matrix3<f64> {
     matrix
 }
 
-/// The inverse of a Jacobian, which must belong to an element that is not turned inside out.
+/// The inverse of a Jacobian; the element must not be turned inside out.
 fn inverse(jacobian: &Matrix3<f64>) -> Matrix3<f64> {
     assert!(jacobian.determinant() > 0.0, "an element is flat or turned inside out");
     jacobian.try_inverse().expect("a Jacobian of positive determinant has an inverse")
 }
 
-/// The Voigt strain of a displacement whose one component `component` has the given gradient.
+/// The Voigt strain of a displacement with the given gradient in one component and zero in the
+/// others.
 fn strain_of(gradient: &Vector3<f64>, component: usize) -> Vector6<f64> {
     let mut displacement = Vector3::zeros();
     displacement[component] = 1.0;

@@ -21,29 +21,29 @@ pub struct Face {
 
 /// A region cut into blocks by joint planes of a given thickness.
 ///
-/// A cell is a place for a block, removed or not, and is named by its three indices or by its
+/// A cell is a place for a block, removed or not. It is named by its three indices or by its
 /// number, x fastest, then y, then z.
 pub struct Lattice<'a> {
-    /// Where the three edges of the region start.
+    /// Start of the three edges of the region.
     pub origin: Vector3<f64>,
     /// Unit vectors along the edges, right-handed.
     pub axes: [Vector3<f64>; 3],
-    /// Where the blocks begin and end along each edge: one more than there are blocks.
+    /// Cuts between the cells along each edge: one more than there are blocks.
     pub cuts: [Vec<f64>; 3],
     /// Thickness of each inner joint plane, measured along its normal.
     pub thickness: [Vec<f64>; 3],
-    /// Elements of a body along each edge.
+    /// Elements of a block along each edge.
     pub divisions: usize,
     /// Numbers of the cells without a block.
     pub removed: BTreeSet<usize>,
     /// The material of the block in a cell.
     pub body: Box<dyn Fn([usize; 3]) -> Elastic + 'a>,
-    /// The material of a joint, `None` where it is not a continuum.
+    /// The material of a joint; `None` if it is not a continuum.
     pub joint: Box<dyn Fn(Face) -> Option<Elastic> + 'a>,
 }
 
 impl Lattice<'_> {
-    /// A box along the coordinate axes of equal blocks, with joints of the rock itself.
+    /// A box of equal blocks along the coordinate axes, with joints of the rock itself.
     pub fn boxed(
         size: [f64; 3],
         count: [usize; 3],
@@ -82,7 +82,7 @@ impl Lattice<'_> {
         mesh
     }
 
-    /// How many cells there are along each axis.
+    /// Number of cells along each axis.
     fn count(&self) -> [usize; 3] {
         [0, 1, 2].map(|axis| self.cuts[axis].len() - 1)
     }
@@ -92,13 +92,13 @@ impl Lattice<'_> {
         boxed_indices(self.count())
     }
 
-    /// Whether a cell holds a block.
+    /// True if a cell holds a block.
     fn exists(&self, cell: [usize; 3]) -> bool {
         let count = self.count();
         !self.removed.contains(&(cell[0] + count[0] * (cell[1] + count[1] * cell[2])))
     }
 
-    /// The width along its edge of each gap across `axis`.
+    /// The width of each gap across `axis`, along the edge of that axis.
     fn gaps(&self, axis: usize) -> Vec<f64> {
         let normal = self.axes[(axis + 1) % 3].cross(&self.axes[(axis + 2) % 3]).normalize();
         let slant = normal.dot(&self.axes[axis]).abs();
@@ -121,7 +121,7 @@ impl Lattice<'_> {
         stations
     }
 
-    /// Numbers the nodes of the blocks that exist and places them.
+    /// Numbers and places the nodes of the blocks that exist.
     fn place_nodes(&self, mesh: &mut Mesh) {
         let size = mesh.grid_size();
         mesh.grid = vec![None; size.iter().product()];
@@ -136,7 +136,7 @@ impl Lattice<'_> {
         }
     }
 
-    /// The body elements, block by block.
+    /// Adds the elements of the blocks, block by block.
     fn place_bodies(&self, mesh: &mut Mesh) {
         let present = self.cells().into_iter().filter(|&cell| self.exists(cell));
         for (block, cell) in present.enumerate() {
@@ -152,7 +152,7 @@ impl Lattice<'_> {
         }
     }
 
-    /// The elements between the bodies: joints, then strips, then corners.
+    /// Adds the elements between the blocks: joints, then strips, then corners.
     fn place_joints(&self, mesh: &mut Mesh) {
         let intervals = mesh.grid_size().map(|stations| stations - 1);
         let mut found = Vec::new();
@@ -176,7 +176,7 @@ impl Lattice<'_> {
     }
 
     /// The material where the joints across the given axes meet beyond `cell`: the most compliant
-    /// one, the first on a tie; none unless all of them are continua of some thickness.
+    /// one, the first on a tie. None unless all of them are continua with a thickness.
     fn meeting_material(&self, cell: [usize; 3], across: [bool; 3]) -> Option<Elastic> {
         let mut softest: Option<Elastic> = None;
         for axis in (0..3).filter(|&axis| across[axis]) {
@@ -207,7 +207,7 @@ fn boxed_indices(count: [usize; 3]) -> Vec<[usize; 3]> {
     indices
 }
 
-/// The nodes of the element after a lattice point, if all are there.
+/// The nodes of the element after a lattice point, if all of them exist.
 fn nodes_at(mesh: &Mesh, at: [usize; 3]) -> Option<[usize; 8]> {
     let mut nodes = [0; 8];
     for (node, offset) in nodes.iter_mut().zip(VTK_OFFSETS) {

@@ -4,37 +4,37 @@ use nalgebra::{Vector3, Vector6};
 
 use super::{Elastic, element};
 
-/// What an element fills.
+/// Kind of region that an element fills.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum ElementKind {
-    /// Part of the deformable body of a block.
+    /// Part of a deformable block.
     Body,
-    /// Part of the joint between two facing bodies.
+    /// Part of the joint between two facing blocks.
     Joint,
-    /// Where two joint planes cross.
+    /// Crossing of two joint planes.
     Strip,
-    /// Where three joint planes cross.
+    /// Crossing of three joint planes.
     Corner,
 }
 
 /// One hexahedron.
 #[derive(Clone, Debug)]
 pub struct Element {
-    /// What it fills.
+    /// Kind of the region that it fills.
     pub kind: ElementKind,
     /// Its nodes, in VTK order.
     pub nodes: [usize; 8],
     /// Its material.
     pub material: Elastic,
-    /// The block of a body element.
+    /// The block of a block element.
     pub block: Option<usize>,
 }
 
 /// A mesh of a jointed lattice.
 ///
-/// Blocks are numbered x fastest, then y, then z, among those that exist; nodes within a block
-/// likewise; the node number is `block · (n+1)³ + local`. Elements come bodies first (block by
-/// block, x fastest), then joints, strips and corners.
+/// Existing blocks are numbered x fastest, then y, then z, and so are the nodes within a block. The
+/// node number is `block · (n+1)³ + local`. Elements of blocks come first (block by block, x
+/// fastest), then joints, strips and corners.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     /// Reference positions.
@@ -45,12 +45,12 @@ pub struct Mesh {
     pub(super) grid: Vec<Option<usize>>,
     /// Lattice coordinates of the nodes along each axis.
     pub(super) stations: [Vec<f64>; 3],
-    /// Elements of a body along each edge.
+    /// Elements of a block along each edge.
     pub(super) divisions: usize,
 }
 
 impl Mesh {
-    /// How many degrees of freedom the mesh has.
+    /// Number of degrees of freedom.
     pub fn dofs(&self) -> usize {
         3 * self.nodes.len()
     }
@@ -77,7 +77,7 @@ impl Mesh {
         best.1
     }
 
-    /// How many nodes the lattice has along each axis.
+    /// Number of lattice nodes along each axis.
     pub fn grid_size(&self) -> [usize; 3] {
         [0, 1, 2].map(|axis| self.stations[axis].len())
     }
@@ -88,7 +88,7 @@ impl Mesh {
         self.grid[at[0] + size[0] * (at[1] + size[1] * at[2])]
     }
 
-    /// The length along `axis` that belongs to each lattice station: half of either neighbouring
+    /// The length along `axis` that belongs to each lattice station: half of each neighbouring
     /// interval, joint gaps included.
     pub fn tributary_lengths(&self, axis: usize) -> Vec<f64> {
         let stations = &self.stations[axis];
@@ -100,8 +100,8 @@ impl Mesh {
         lengths
     }
 
-    /// The nodes of the outer face of the region across `axis`, each with its tributary area as
-    /// a fraction of the face (no block of which may be missing).
+    /// The nodes of the outer face of the region across `axis`, each with its tributary area as a
+    /// fraction of the face. No block of the face may be missing.
     pub fn outer_face(&self, axis: usize, high: bool) -> Vec<(usize, f64)> {
         let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
         let (along_u, along_v) = (self.tributary_lengths(u), self.tributary_lengths(v));
@@ -139,7 +139,7 @@ impl Mesh {
         masses
     }
 
-    /// Nodes joined by joints, strips or corners: sets of 1, 2, 4 or 8, ascending.
+    /// Nodes connected by joints, strips or corners: sets of 1, 2, 4 or 8, ascending.
     pub fn clusters(&self) -> Vec<Vec<usize>> {
         let mut gathered = vec![Vec::new(); self.grid.len()];
         let per_block: [Vec<usize>; 3] = [0, 1, 2].map(|axis| self.vertex_of_station(axis));
@@ -155,7 +155,7 @@ impl Mesh {
         gathered
     }
 
-    /// Numbers the stations along `axis`, giving the two sides of a joint gap the same number.
+    /// Numbers the stations along `axis`; the two sides of a joint gap have the same number.
     fn vertex_of_station(&self, axis: usize) -> Vec<usize> {
         let mut vertex = 0;
         (0..self.stations[axis].len())
@@ -168,7 +168,7 @@ impl Mesh {
             .collect()
     }
 
-    /// Whether the interval after a station lies between two blocks.
+    /// True if the interval after a station lies between two blocks.
     pub(super) fn is_gap(&self, interval: usize) -> bool {
         (interval + 1).is_multiple_of(self.divisions + 1)
     }

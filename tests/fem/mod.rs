@@ -1,8 +1,8 @@
-//! An independent finite element model of a jointed lattice, for the tests to compare with.
+//! An independent finite element model of a jointed lattice, for comparison in tests.
 //!
-//! Written from the definitions alone: hex8 elements, explicit 2×2×2 Gauss points, an assembled
-//! sparse matrix, a preconditioned conjugate gradient solver. It shares no code with the program
-//! it checks, and prefers the plain textbook form to speed.
+//! It is written from the definitions alone: hex8 elements, explicit 2×2×2 Gauss points, an
+//! assembled sparse matrix, a preconditioned conjugate gradient solver. It shares no code with the
+//! program that it checks, and prefers the plain textbook form to speed.
 //!
 //! A degree of freedom is `3 · node + component`. Voigt order is xx, yy, zz, xy, yz, zx with
 //! engineering shear strains. Units are SI; tension is positive.

@@ -8,7 +8,7 @@ use super::sparse::{add_scaled, dot, norm};
 /// The reduction of the preconditioned residual at which a sweep of iterations ends.
 const TOLERANCE: f64 = 1e-13;
 
-/// More iterations than any solvable problem of the tests takes.
+/// Upper bound of the iterations; the problems of the tests need fewer.
 const MOST_ITERATIONS: usize = 20_000;
 
 /// Static equilibrium.
@@ -18,8 +18,8 @@ pub struct Solution {
     pub displacement: Vec<f64>,
     /// The force of the supports on every degree of freedom, zero on free ones.
     pub reactions: Vec<f64>,
-    /// Norm of the unbalanced force over the norm of applied forces and reactions, recomputed
-    /// from the displacement: what rounding leaves of it is a few ulp of ‖K‖‖u‖.
+    /// Norm of the unbalanced force over the norm of applied forces and reactions, recomputed from
+    /// the displacement: rounding leaves a few ulp of ‖K‖‖u‖.
     pub unbalanced: f64,
     /// Conjugate gradient iterations taken.
     pub iterations: usize,
@@ -28,9 +28,9 @@ pub struct Solution {
 impl System {
     /// Solves K u = load with some displacements prescribed.
     ///
-    /// Conjugate gradients, preconditioned by the exact inverse of the stiffness of each cluster
-    /// of nodes tied by thin elements, so that the thickness of the joints costs nothing; then a
-    /// second sweep on the recomputed residual.
+    /// Uses conjugate gradients, preconditioned by the exact inverse of the stiffness of each
+    /// cluster of nodes that thin elements connect. The number of iterations therefore does not
+    /// depend on the thickness of the joints. A second sweep corrects the recomputed residual.
     pub fn solve(&self, load: &[f64], prescribed: &[Option<f64>]) -> Solution {
         let free: Vec<bool> = prescribed.iter().map(Option::is_none).collect();
         let preconditioner = ClusterInverse::new(self, &free);
@@ -98,7 +98,7 @@ impl System {
     }
 }
 
-/// Zeroes what is not kept.
+/// Sets entries that are not kept to zero.
 fn mask(vector: &mut [f64], kept: &[bool]) {
     for (value, &keep) in vector.iter_mut().zip(kept) {
         if !keep {

@@ -3,7 +3,7 @@
 /// A square sparse matrix; the columns of each row ascend.
 #[derive(Clone, Debug)]
 pub struct Csr {
-    /// Where each row starts, and the end.
+    /// Start of each row, and the end of the last one.
     pub offsets: Vec<usize>,
     /// The column of every entry.
     pub columns: Vec<usize>,

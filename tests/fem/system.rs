@@ -3,20 +3,20 @@
 use super::sparse::{add_scaled, dot, norm};
 use super::{Csr, ElementKind, Formulation, Mesh, element};
 
-/// Stiffness, mass and the grouping of nodes the solver's preconditioner uses.
+/// Stiffness, mass, and the node clusters of the solver's preconditioner.
 #[derive(Clone, Debug)]
 pub struct System {
     /// The assembled stiffness.
     pub stiffness: Csr,
     /// The lumped mass of every node.
     pub mass: Vec<f64>,
-    /// Nodes tied by thin elements.
+    /// Clusters of nodes that thin elements connect.
     pub(super) clusters: Vec<Vec<usize>>,
 }
 
 impl System {
-    /// Assembles all elements of a mesh, in their order: bodies with this formulation, joints, strips and
-    /// corners with the trilinear one.
+    /// Assembles all elements of a mesh in their order: blocks with this formulation; joints,
+    /// strips and corners with the trilinear one.
     pub fn assemble(mesh: &Mesh, formulation: Formulation) -> Self {
         let pattern = mesh.elements.iter().map(|element| element.nodes);
         let mut stiffness = Csr::of_elements(mesh.nodes.len(), pattern);
@@ -37,7 +37,7 @@ impl System {
         Self { stiffness, mass: mesh.masses(), clusters: mesh.clusters() }
     }
 
-    /// How many degrees of freedom there are.
+    /// Number of degrees of freedom.
     pub fn dofs(&self) -> usize {
         self.stiffness.size()
     }
@@ -60,7 +60,7 @@ impl System {
     }
 
     /// The largest eigenvalue of M⁻¹K on the degrees of freedom that are not fixed, by Lanczos
-    /// iteration to about 1e-10. Its root ω gives the critical step 2/ω.
+    /// iteration to about 1e-10. With its square root ω the critical step is 2/ω.
     pub fn largest_eigenvalue(&self, fixed: &[bool]) -> f64 {
         let root: Vec<f64> = self
             .dof_masses()
@@ -125,7 +125,7 @@ fn largest_of_tridiagonal(diagonal: &[f64], off_diagonal: &[f64]) -> f64 {
     high
 }
 
-/// Whether a number lies above all eigenvalues of a symmetric tridiagonal matrix.
+/// True if a number lies above all eigenvalues of a symmetric tridiagonal matrix.
 fn exceeds_all(diagonal: &[f64], off_diagonal: &[f64], shift: f64) -> bool {
     let mut pivot = shift - diagonal[0];
     for row in 1..diagonal.len() {

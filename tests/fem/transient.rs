@@ -1,4 +1,4 @@
-//! Explicit stepping in time, (M2).
+//! Explicit time stepping, (M2).
 
 use super::{Csr, System};
 
@@ -9,13 +9,13 @@ pub struct Transient<'a> {
     system: &'a System,
     masses: Vec<f64>,
     damping: Vec<f64>,
-    /// A matrix C of which the force is `−C v⁻`, with the velocity half a step ago.
+    /// Matrix C of the force `−C v⁻`, with the velocity half a step ago.
     pub viscous: Option<Csr>,
     load: Vec<f64>,
     fixed: Vec<bool>,
     time_step: f64,
     started: bool,
-    /// The displacement now.
+    /// The present displacement.
     pub displacement: Vec<f64>,
     /// The velocity half a step ago (before the first step, the initial velocity).
     pub velocity: Vec<f64>,
@@ -61,8 +61,8 @@ impl<'a> Transient<'a> {
         force
     }
 
-    /// Takes one step, `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)` with `h = Δt`; the first step begins at the
-    /// present time and has `h = Δt/2`.
+    /// Takes one step, `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)` with `h = Δt`. The first step
+    /// begins at the present time and has `h = Δt/2`.
     pub fn step(&mut self) {
         let force = self.force();
         for (dof, force) in force.into_iter().enumerate() {

@@ -11,12 +11,13 @@ use super::fem::{Elastic, Formulation, Lattice, Mesh, System};
 
 const ROCK: Elastic = Elastic { density: 2400.0, young: 18e9, poisson: 0.25 };
 const CLAY: Elastic = Elastic { density: 2000.0, young: 3e8, poisson: 0.1 };
-/// Small against the stiffness of the rock: the walls bear it where they are, not where they go.
+/// Pressure so small compared with the stiffness of the rock that it acts on the walls in their
+/// initial positions.
 const PRESSURE: f64 = 1e3;
 
 type Vec3 = Vector3<f64>;
 
-/// Blocks in a lattice, some of which are taken out, held at its lower side.
+/// Blocks in a lattice, some of which are removed, fixed at the lower side.
 struct Hollow {
     cuts: [Vec<f64>; 3],
     axes: [Vec3; 3],
@@ -77,7 +78,7 @@ impl Hollow {
         lattice.mesh()
     }
 
-    /// Nodes of the face of a block, its directions after the normal's first.
+    /// Nodes of the face of a block; the two directions follow that of the normal.
     fn wall(&self, mesh: &Mesh, cell: [usize; 3], d: usize, upper: bool) -> Vec<Vec<usize>> {
         let n = self.divisions;
         let node = |i: usize, k: usize| {
@@ -102,7 +103,7 @@ impl Hollow {
         })
     }
 
-    /// Displacements of the program, at rest.
+    /// Displacements of the program in equilibrium.
     fn relaxed(&self) -> Vec<f64> {
         let site = BuiltDeck::new(&self.deck()).unwrap_or_else(|error| panic!("{error}"));
         let model = site.model();
@@ -112,7 +113,7 @@ impl Hollow {
         simulation.displacements().into_flattened()
     }
 
-    /// Displacements of the independent model under forces, with the element that a deck has which names none.
+    /// Displacements of the independent model under forces, with the default element of a deck.
     fn solved(&self, mesh: &Mesh, load: &[f64]) -> Vec<f64> {
         let system = System::assemble(mesh, Formulation::Incompatible);
         let mut held = vec![None; mesh.dofs()];
@@ -123,7 +124,7 @@ impl Hollow {
     }
 }
 
-/// Adds the pressure on a flat polygon, in equal parts to its corners; its normal points away from a
+/// Adds the pressure on a flat polygon in equal parts to its corners; its normal points away from a
 /// place in the gas.
 fn push(mesh: &Mesh, load: &mut [f64], corners: &[usize], gas: Vec3) {
     let x: Vec<Vec3> = corners.iter().map(|&node| mesh.nodes[node]).collect();
@@ -139,7 +140,7 @@ fn push(mesh: &Mesh, load: &mut [f64], corners: &[usize], gas: Vec3) {
     }
 }
 
-/// The pressure on the elements of a wall.
+/// Adds the pressure on the elements of a wall.
 fn push_wall(mesh: &Mesh, load: &mut [f64], wall: &[Vec<usize>], gas: Vec3) {
     let n = wall.len() - 1;
     for (i, k) in (0..n).flat_map(|i| (0..n).map(move |k| (i, k))) {
@@ -152,8 +153,8 @@ fn uniform(count: usize, size: f64) -> Vec<f64> {
     (0..=count).map(|i| i as f64 * size / count as f64).collect()
 }
 
-/// The pressure in one missing block: on its walls, on a strip between each two of them that meet at an
-/// edge, on a triangle between each three at a corner.
+/// Forces of the pressure in one missing block: on its walls, on a strip between each two walls
+/// that meet at an edge, and on a triangle between each three at a corner.
 fn pushed(hollow: &Hollow, mesh: &Mesh, cell: [usize; 3]) -> Vec<f64> {
     let mut load = vec![0.0; mesh.dofs()];
     let middle = |d: usize| 0.5 * (hollow.cuts[d][cell[d]] + hollow.cuts[d][cell[d] + 1]);
@@ -205,8 +206,8 @@ fn a_charge_in_a_missing_block() {
     }
 }
 
-/// A staircase around a ball, where the walls alone bear the pressure: what closes the gaps between them is
-/// as small as the joints are thin, and so is the difference.
+/// A staircase around a ball, where only the walls carry the pressure. The surfaces that close the
+/// gaps between them are as small as the joints are thin, and so is the difference.
 #[test]
 fn a_charge_in_a_staircase() {
     let (count, size) = (8, 4.0);

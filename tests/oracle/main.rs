@@ -12,7 +12,7 @@ use ddem_deck::{Damping, Kinematics, TimeStep};
 use fem::{ElementKind, Mesh, System, Transient};
 use sample::{Sample, samples};
 
-/// Model and independent matrices of a sample.
+/// Simulation, independent mesh and independent matrices of a sample.
 fn both(sample: &Sample, kinematics: Kinematics) -> (Simulation, Mesh, System) {
     let mut deck = sample.deck();
     deck.model.kinematics = kinematics;
@@ -53,8 +53,8 @@ fn random(count: usize) -> Vec<f64> {
 
 #[test]
 fn forces_are_the_stiffness_times_any_displacement() {
-    // The corotational model is linear but for the rotation of the blocks, here some 1e-9; and
-    // R is known to rounding, against strains of the order of 1e-7.
+    // The corotational model is linear except for the rotation of the blocks, here about 1e-9. R is
+    // known to rounding, compared with strains of the order of 1e-7.
     let cases = [(Kinematics::Small, 1e-3, 1e-12), (Kinematics::Corotational, 1e-8, 1e-8)];
     for sample in samples() {
         for (kinematics, size, tolerance) in cases {

@@ -19,7 +19,7 @@ const PRESSURE: f64 = 4e4;
 const FORCE: [f64; 3] = [-3e3, 2e3, 5e3];
 const LINE: [f64; 3] = [1e3, 2e3, -4e3];
 
-/// One lattice of blocks.
+/// Lattice of blocks.
 #[derive(Clone, Debug)]
 pub(crate) struct Sample {
     pub(crate) name: &'static str,
@@ -29,14 +29,14 @@ pub(crate) struct Sample {
     incompatible: bool,
     /// Thickness and material of the joints across each axis.
     joints: [(f64, Elastic); 3],
-    /// One joint of another material.
+    /// Joint of another material.
     patch: Option<(Face, Elastic)>,
-    /// A whole plane of joints across an axis, of another thickness and material.
+    /// Plane of joints across an axis with another thickness and material.
     plane: Option<(usize, usize, f64, Elastic)>,
-    /// One block of another material.
+    /// Block of another material.
     ore: Option<([usize; 3], Elastic)>,
     removed: Vec<[usize; 3]>,
-    /// Held at the base and loaded in every way there is.
+    /// True if fixed at the base and loaded in every way.
     pub(crate) loaded: bool,
 }
 
@@ -49,7 +49,7 @@ fn oblique() -> [Vector3<f64>; 3] {
     [Vector3::x(), Vector3::new(0.4, 1.0, 0.0).normalize(), z]
 }
 
-/// Equal blocks, joints of rock.
+/// Equal blocks with joints of rock.
 fn plain(name: &'static str, count: [usize; 3], divisions: usize, thickness: f64) -> Sample {
     Sample {
         name,
@@ -125,7 +125,7 @@ impl Sample {
         if self.incompatible { Formulation::Incompatible } else { Formulation::Standard }
     }
 
-    /// Places for a block.
+    /// Number of cells.
     pub(crate) fn cells(&self) -> usize {
         self.cuts.iter().map(|cuts| cuts.len() - 1).product()
     }
@@ -138,7 +138,7 @@ impl Sample {
         [0, 1, 2].map(|d| 0.5 * (self.cuts[d][cell[d]] + self.cuts[d][cell[d] + 1]))
     }
 
-    /// The independent description.
+    /// Independent description of the sample.
     pub(crate) fn lattice(&self) -> Lattice<'_> {
         let count = [0, 1, 2].map(|d| self.cuts[d].len() - 1);
         let mut lattice = Lattice::boxed([1.0; 3], count, self.divisions, 0.0, ROCK);
@@ -164,7 +164,7 @@ impl Sample {
         lattice
     }
 
-    /// The deck.
+    /// Deck of the sample.
     pub(crate) fn deck(&self) -> Deck {
         let mut deck = Deck::default();
         if !self.incompatible {
@@ -182,7 +182,7 @@ impl Sample {
             divisions: self.divisions as u32,
             material: "rock".into(),
             joint: Some(JointChoice::ByNormal { x, y, z }),
-            // Any length will do.
+            // Axes may have any length.
             axes: [0, 1, 2].map(|d| (self.axes[d] * (1.0 + d as f64)).into()),
             ..BlockSet::default()
         });
@@ -225,7 +225,8 @@ impl Sample {
         self.at([0.0, 0.0, *self.cuts[2].last().expect("cuts")]).z
     }
 
-    /// Held at z = 0; gravity, traction and pressure on the top, a force on a corner, a line.
+    /// Adds supports at z = 0; gravity, traction and pressure on the top, a force on a corner, and
+    /// a line load.
     fn load(&self, deck: &mut Deck) {
         deck.model.gravity = GRAVITY;
         let plane = |z: f64| Where { z: Some(Extent::Plane(z)), ..Where::default() };
@@ -241,7 +242,7 @@ impl Sample {
         deck.load.push(Load { region, line: Some(LINE), ..entry });
     }
 
-    /// The same for the independent model, from the mesh alone.
+    /// Loads and supports of the independent model, from the mesh alone.
     pub(crate) fn load_and_supports(
         &self,
         mesh: &Mesh,

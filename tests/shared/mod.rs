@@ -23,13 +23,13 @@ pub fn root(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)
 }
 
-/// The text of a deck in `examples/verification`.
+/// Text of a deck in `examples/verification`.
 pub fn example(name: &str) -> String {
     let path = root(&format!("examples/verification/{name}.toml"));
     std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// The text with one value changed; the old one must be there.
+/// The text with one value replaced; the old value must occur.
 pub fn edited(text: &str, old: &str, new: &str) -> String {
     assert!(text.contains(old), "the deck has no {old:?}");
     text.replace(old, new)
@@ -45,7 +45,7 @@ pub fn simulation(text: &str) -> Simulation {
     Simulation::new(deck(text).build().unwrap_or_else(|error| panic!("{error}")))
 }
 
-/// Stops a run after so many questions.
+/// Stops a run after this number of queries.
 pub struct StopAfter(pub u64);
 
 impl Observer for StopAfter {
@@ -58,14 +58,14 @@ impl Observer for StopAfter {
     }
 }
 
-/// How a deck is run by a test.
+/// Options of a run in a test.
 #[derive(Clone, Copy, Debug)]
 pub struct How {
     pub threads: usize,
     pub simd: Simd,
-    /// Go on from the checkpoint in the folder.
+    /// True to resume from the checkpoint in the folder.
     pub resume: bool,
-    /// Steps after which the run is interrupted.
+    /// Number of queries after which the run is interrupted.
     pub stop_after: Option<u64>,
 }
 
@@ -75,7 +75,7 @@ impl Default for How {
     }
 }
 
-/// Runs a deck into a folder; `true` when it ran to its end.
+/// Runs a deck into a folder; returns true if it ran to its end.
 pub fn run_into(text: &str, folder: &Path, how: How) -> bool {
     let (deck, source) =
         ddem_deck::parse(text, "test.toml").unwrap_or_else(|error| panic!("{error}"));
@@ -111,7 +111,7 @@ pub fn run(text: &str) -> Run {
 }
 
 impl Run {
-    /// One of the files.
+    /// Path of a result file.
     pub fn path(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
@@ -121,7 +121,7 @@ impl Run {
         self.summary.stages[0].steps
     }
 
-    /// What a probe said last.
+    /// Last value of a probe.
     pub fn last(&self, column: &str) -> f64 {
         *self.probes.column(column).last().expect("a sample")
     }

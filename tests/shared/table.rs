@@ -21,7 +21,7 @@ impl Table {
         }
     }
 
-    /// The values of a column with the times of their rows, empty cells left out.
+    /// The values of a column with the times of their rows, without empty cells.
     pub fn series(&self, name: &str) -> Vec<[f64; 2]> {
         let find = |name: &str| self.names.iter().position(|n| n == name);
         let at = find(name).unwrap_or_else(|| panic!("no column {name} in {:?}", self.names));

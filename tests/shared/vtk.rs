@@ -1,4 +1,4 @@
-//! VTKHDF files, read by their published layout and not by the code that writes them.
+//! Reader of VTKHDF files, written from their published layout and independent of the writer.
 
 use std::path::{Path, PathBuf};
 
@@ -31,25 +31,25 @@ impl Frames {
         self.numbers("Points").as_chunks().0.to_vec()
     }
 
-    /// All values of a field that changes, frame after frame.
+    /// All values of a time-dependent field, frame after frame.
     pub fn all(&self, group: &str, name: &str) -> Vec<f64> {
         self.numbers(&format!("{group}/{name}"))
     }
 
-    /// A vector on the points in the last frame.
+    /// Point vectors of the last frame.
     pub fn last_vectors(&self, name: &str) -> Vec<[f64; 3]> {
         let first = self.last_offset(name);
         let values = self.all("PointData", name);
         values.as_chunks().0[first..first + self.points().len()].to_vec()
     }
 
-    /// A number on the points in the last frame.
+    /// Point scalars of the last frame.
     pub fn last_scalars(&self, name: &str) -> Vec<f64> {
         let first = self.last_offset(name);
         self.all("PointData", name)[first..first + self.points().len()].to_vec()
     }
 
-    /// A field on the points at one frame, where their number may be another at each.
+    /// Point field of one frame; the number of points may differ between frames.
     pub fn at(&self, name: &str, frame: usize) -> Vec<f64> {
         let file = File::open(&self.path).expect("an HDF5 file");
         let dataset = file.dataset(&format!("VTKHDF/PointData/{name}")).expect("the array");

@@ -1,4 +1,4 @@
-//! V10 with joints that break: what flies apart keeps its momentum.
+//! V10 with joints that break: pieces that fly apart keep their momentum.
 
 use super::energy::closes;
 use super::record::Tolerance::{Absolute, Relative};

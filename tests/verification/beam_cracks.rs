@@ -11,8 +11,8 @@ use super::shared::{Frames, Run, edited, example, run};
 const STRENGTH: f64 = 0.8e6;
 const THICKNESS: f64 = 0.05;
 
-/// Force on the line `[N/Pa]` and its way `[m/Pa]` per largest tension across a joint, and where
-/// that is: a finite element model of the intact beam.
+/// Force on the line `[N/Pa]` and its displacement `[m/Pa]` per largest tension across a joint, and
+/// the place of that tension, from a finite element model of the intact beam.
 fn elastic() -> ([f64; 2], [f64; 3]) {
     let mesh = Lattice::boxed([12.0, 3.0, 3.0], [12, 3, 3], 2, THICKNESS, ROCK).mesh();
     let mut held = vec![None; mesh.dofs()];
@@ -64,7 +64,7 @@ fn it_cracks_from_below_at_midspan() {
     }
     assert!(failed.iter().all(|&pair| (points[pair][0] - 6.0).abs() < 1e-6), "other planes crack");
     assert!(failed.iter().all(|&pair| states[pair] == 2.0), "not in tension");
-    // Rows of pairs of the plane, from below: each begins later than the one below it.
+    // Rows of pairs of the plane from below; each row begins to crack after the row below it.
     let mut rows: Vec<(f64, f64)> = Vec::new();
     let mut upward = failed.clone();
     upward.sort_by(|&a, &b| points[a][2].total_cmp(&points[b][2]));
@@ -80,7 +80,7 @@ fn it_cracks_from_below_at_midspan() {
     closes(case, "", &run);
 }
 
-/// The beam under a load along the line, `[N]`, in equilibrium.
+/// Beam in equilibrium under a load along the line `[N]`.
 fn relaxed(load: f64, increments: u32) -> Run {
     let text = example("v08_beam_cracks");
     let (head, _) =

@@ -1,4 +1,4 @@
-//! What a blast does.
+//! Pistons, columns and other blasts with exact answers.
 
 use super::record::Tolerance::Relative;
 use super::record::{at_most, check, of};
@@ -25,7 +25,7 @@ fn a_piston() {
     check(case, "kinetic energy [J]", energy(x), kinetic, Relative(1e-2));
 }
 
-/// Largest value and its time.
+/// Largest value.
 fn peak(samples: &[[f64; 2]]) -> f64 {
     samples.iter().fold(0.0, |peak: f64, [_, v]| peak.max(*v))
 }

@@ -1,23 +1,24 @@
-//! V14: waves that leave, waves that come in, and level ground beside the model.
+//! V14: outgoing waves, incoming waves, and level ground beside the model.
 
 use super::record::Tolerance::{Absolute, Relative};
 use super::record::{Case, at_most, check, of};
 use super::shared::{Run, edited, example, run};
 
-/// Largest size after a time.
+/// Largest absolute value from a time on.
 fn largest_after(samples: &[[f64; 2]], time: f64) -> f64 {
     let late = samples.iter().filter(|[t, _]| *t >= time);
     late.fold(0.0, |most: f64, [_, v]| most.max(v.abs()))
 }
 
-/// Checks that what dashpots take and waves bring is in the energies.
+/// Checks that the energies include the losses of dashpots and the work of waves.
 pub(crate) fn closes(case: Case, what: &str, run: &Run) {
     let largest = |column: &str| largest_after(&run.energy.series(column), 0.0);
     let error = largest("balance") / largest("external_work");
     at_most(case, &format!("energy balance / external work{what}"), 1e-9, error);
 }
 
-/// Time and value of the largest sample times a sign, within a range of times.
+/// Time and value of the sample that is largest after multiplication by a sign, within a range of
+/// times.
 fn peak(samples: &[[f64; 2]], sign: f64, [from, to]: [f64; 2]) -> [f64; 2] {
     let within = samples.iter().filter(|[t, _]| (from..=to).contains(t));
     let highest = within.max_by(|a, b| (sign * a[1]).total_cmp(&(sign * b[1])));
@@ -109,7 +110,8 @@ fn level_ground() {
     let risen = largest_after(&run.probes.series("side.z"), 0.0);
     at_most(case, "largest velocity of the side along z / peak", 1e-5, risen / v1);
     closes(case, "", &run);
-    // The same with dashpots alone at the sides: they hold back what the free field carries.
+    // The same with dashpots only at the sides: these resist the motion that the free field
+    // supports.
     let bare = super::shared::run(&edited(&text, "free-field\"", "viscous\""));
     let [[_, held], _] = peaks(&bare);
     at_most(case, "first peak with viscous sides / with a free field", 0.5, held / v1);

@@ -1,4 +1,4 @@
-//! Bending with one element a block, with and without incompatible modes.
+//! Bending with one element per block, with and without incompatible modes.
 
 use super::record::Tolerance::Relative;
 use super::record::{at_most, between, check, of};
@@ -24,7 +24,7 @@ fn incompatible_elements_bend() {
     check(case, "force of the wall, z [N]", 1e5, run.last("wall.z"), Relative(1e-6));
 }
 
-/// A deck that sets nothing has the element that bends, and joints as thin as one likes.
+/// A deck without settings has the element that bends, and its joints may be as thin as desired.
 #[test]
 fn what_sets_nothing_bends() {
     let case = of("cantilever_default");

@@ -1,4 +1,4 @@
-//! V10: blocks that hit each other, and a wall.
+//! V10: blocks that hit each other and a wall.
 
 use ddem_core::Simulation;
 use ddem_deck::TimeStep;
@@ -16,7 +16,7 @@ fn last(run: &Run, probe: &str) -> Vector3<f64> {
 }
 
 /// Momentum, and angular momentum about the origin. Eight equal masses at the corners have three
-/// times the moment of inertia of a rigid block, about any axis.
+/// times the moment of inertia of a rigid block about any axis.
 fn momenta(simulation: &mut Simulation, first: usize) -> [Vector3<f64>; 2] {
     let velocities = simulation.velocities();
     let nodes = velocities.len();
@@ -39,7 +39,7 @@ fn momenta(simulation: &mut Simulation, first: usize) -> [Vector3<f64>; 2] {
     sums
 }
 
-/// Flies the deck and returns the largest changes of both momenta, as parts of their sizes.
+/// Runs the deck and returns the largest changes of both momenta as parts of their sizes.
 fn changes(text: &str, first: usize) -> [f64; 2] {
     let stage = deck(text).stage[0].clone();
     let mut simulation = simulation(text);
@@ -91,7 +91,7 @@ fn two_blocks_collide() {
     }
 }
 
-/// Places and axes of the cube of `v10_wall`.
+/// Origins and axes of the cube of `v10_wall`.
 fn positions(text: &str) -> [(&'static str, String); 3] {
     let line = |start: &str| {
         let mut lines = text.lines().skip_while(|line| !line.contains("name = \"cube\""));
@@ -108,7 +108,7 @@ fn positions(text: &str) -> [(&'static str, String); 3] {
     [("face on", face), ("edge on", edge), ("corner on", text.to_owned())]
 }
 
-/// Momentum of the cube along x when it has flown [kg m/s].
+/// Momentum of the cube along x at the end of the flight [kg m/s].
 fn momentum(text: &str) -> f64 {
     let stage = deck(text).stage[0].clone();
     let mut simulation = simulation(text);

@@ -1,4 +1,4 @@
-//! V15: errors fall with the square of the size of the elements and of the time step.
+//! V15: errors decrease with the square of the element size and of the time step.
 
 use super::record::Tolerance::Relative;
 use super::record::{between, check, of};

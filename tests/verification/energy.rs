@@ -1,4 +1,4 @@
-//! V11: nothing is lost.
+//! V11: energy balance.
 
 use super::record::Tolerance::{Absolute, Relative};
 use super::record::{Case, at_most, check, consistent, of};
@@ -12,8 +12,8 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// `kinetic + strain + damping + friction + fracture + contact − external work` less its first value, row by
-/// row.
+/// `kinetic + strain + damping + friction + fracture + contact − external work` minus its first
+/// value, for each row.
 fn sum_of_energies(run: &Run) -> Vec<f64> {
     let column = |name| run.energy.column(name);
     let kept = ["kinetic", "strain_bodies", "strain_joints"];
@@ -24,7 +24,7 @@ fn sum_of_energies(run: &Run) -> Vec<f64> {
     (0..external.len()).map(|i| row(i) - row(0)).collect()
 }
 
-/// The same, which is what the table says itself where the step stays the same.
+/// The same sum, which equals the balance in the table if the time step is constant.
 fn balance(run: &Run) -> Vec<f64> {
     let balance = sum_of_energies(run);
     let (written, external) = (run.energy.column("balance"), run.energy.column("external_work"));
@@ -33,7 +33,7 @@ fn balance(run: &Run) -> Vec<f64> {
     balance
 }
 
-/// Checks that the energies of a run in which joints break balance to 1 %.
+/// Checks that the energies of a run with breaking joints balance to 1 %.
 pub(crate) fn closes(case: Case, what: &str, run: &Run) {
     let exchanged = ["kinetic", "external_work", "damping", "friction", "fracture"];
     let peak = exchanged.map(|name| largest(&run.energy.column(name)));

@@ -1,7 +1,8 @@
-//! V12: a block of rock that is blasted from its centre.
+//! V12: a block of rock blasted from its centre.
 //!
-//! Exact are volumes, masses, momentum, and work and energy of the gas: these are in the table. Sizes and speeds of
-//! what flies are only shown: nothing from outside says what they are.
+//! Volumes, masses, momentum, and work and energy of the gas have exact values and are in the
+//! table. Sizes and speeds of flying fragments are only printed, because no independent values are
+//! known.
 
 use ddem_core::{Fragment, Simulation};
 use ddem_deck::TimeStep;
@@ -13,7 +14,7 @@ use super::shared::{deck, example, simulation};
 
 type Corners = [Vector3<f64>; 8];
 
-/// Where the charge is [m].
+/// Position of the charge [m].
 const CENTRE: [f64; 3] = [1.2; 3];
 
 fn position(simulation: &Simulation, node: u32) -> Vector3<f64> {
@@ -21,15 +22,15 @@ fn position(simulation: &Simulation, node: u32) -> Vector3<f64> {
     at + Vector3::from(simulation.displacement(node as usize))
 }
 
-/// Where the corners of the blocks are, which are one element each.
+/// Positions of the corners of the blocks, which have one element each.
 fn corners(simulation: &Simulation) -> Vec<Corners> {
     let model = simulation.model();
     let hexes = (0..model.n_blocks()).flat_map(|block| model.hexes(block));
     hexes.map(|hex| hex.map(|node| position(simulation, node))).collect()
 }
 
-/// How far two hexahedra of VTK reach into each other: the least overlap along the normals of their
-/// faces and across their edges; below zero where they are apart.
+/// Penetration of two VTK hexahedra: the smallest overlap along their face normals and along the
+/// cross products of their edges; negative if they are apart.
 fn overlap(a: &Corners, b: &Corners) -> f64 {
     let edges = |x: &Corners| [x[1] - x[0], x[3] - x[0], x[4] - x[0]];
     let (of_a, of_b) = (edges(a), edges(b));
@@ -50,7 +51,7 @@ fn overlap(a: &Corners, b: &Corners) -> f64 {
     axes.filter_map(|axis| axis.try_normalize(1e-9)).map(along).fold(f64::INFINITY, f64::min)
 }
 
-/// The deepest overlap of all blocks, as a part of the shorter edge of the two.
+/// Deepest overlap of all blocks, as a part of the shorter edge of the two.
 fn deepest(simulation: &Simulation) -> f64 {
     let all = corners(simulation);
     let middle = |x: &Corners| x.iter().sum::<Vector3<f64>>() / 8.0;
@@ -69,12 +70,12 @@ fn deepest(simulation: &Simulation) -> f64 {
     worst
 }
 
-/// A run that is looked at on its way.
+/// Run with quantities that are monitored on the way.
 struct Watched {
     simulation: Simulation,
-    /// What the support has done so far [N s].
+    /// Impulse of the support so far [N s].
     impulse: Vector3<f64>,
-    /// Largest difference of the momentum from it [N s].
+    /// Largest difference between momentum and impulse [N s].
     left_over: f64,
     /// Deepest overlap so far.
     deepest: f64,
@@ -91,7 +92,7 @@ impl Watched {
         Self { simulation, impulse: Vector3::zeros(), left_over: 0.0, deepest: f64::MIN }
     }
 
-    /// A step, and a look every fifty.
+    /// Takes a step and monitors every fiftieth one.
     fn step(&mut self) -> bool {
         self.simulation.step().expect("finite numbers");
         let look = self.simulation.steps().is_multiple_of(50);
@@ -101,7 +102,7 @@ impl Watched {
         look
     }
 
-    /// Goes on to a time while all that the support does is added up.
+    /// Continues to a time and sums the impulse of the support.
     fn add_up(&mut self, time: f64) {
         let model = self.simulation.model();
         let base: Vec<u32> =
@@ -120,13 +121,13 @@ impl Watched {
     }
 }
 
-/// What flies: fragments that the support does not hold.
+/// Fragment that flies: one that the support does not hold.
 struct Flying {
-    /// How far from the charge it was [m].
+    /// Initial distance from the charge [m].
     away: f64,
     mass: f64,
     size: f64,
-    /// Outward [m/s].
+    /// Outward speed [m/s].
     speed: f64,
 }
 
@@ -147,10 +148,10 @@ fn flying(simulation: &mut Simulation) -> Vec<Flying> {
     fragments.iter().filter_map(find).collect()
 }
 
-/// Distances from the charge between which fragments are looked at [m].
+/// Distances from the charge that group the fragments [m].
 const SHELLS: [[f64; 2]; 4] = [[0.0, 0.2], [0.2, 0.4], [0.4, 0.8], [0.8, 3.0]];
 
-/// Rock that is thrown flies away from the charge, at every distance.
+/// Checks that rock flies away from the charge at every distance.
 fn plausible(simulation: &mut Simulation) {
     let time = simulation.time();
     let all = flying(simulation);
@@ -170,11 +171,12 @@ fn plausible(simulation: &mut Simulation) {
     assert!(outward > 0.95 * both, "{time} s: {outward} of {both} N s go outward");
 }
 
-/// What has been there before is there still, and the base where it was.
+/// Checks that volume and mass are conserved and that the base has not moved.
 fn checked(case: Case, simulation: &mut Simulation) {
     let time = format!("{:.2} s", simulation.time());
     let (gap, all) = (0.008_f64, simulation.fragments());
-    // Blocks of 0.4 m up to the outer faces, and of 0.2, 0.1 and 0.05 m, of which eight are split or missing.
+    // Blocks of 0.4 m, which reach the outer faces, and of 0.2, 0.1 and 0.05 m. Eight of each size
+    // are split or missing.
     let coarse = (2.4 - 5.0 * gap).powi(3) - 8.0 * (0.4 - gap).powi(3);
     let rock = coarse + [0.2, 0.1, 0.05].map(|x| 56.0 * (x - gap).powi(3)).iter().sum::<f64>();
     let volume: f64 = all.iter().map(|f| f.volume).sum();
@@ -185,7 +187,7 @@ fn checked(case: Case, simulation: &mut Simulation) {
         volume,
         Relative(1e-9),
     );
-    // The rest is joints, but for the crossings beside split blocks.
+    // The remaining volume is joints, except the crossings beside split blocks.
     let exact = 2600.0 * rock + 2400.0 * (2.4_f64.powi(3) - 0.1_f64.powi(3) - rock);
     let mass: f64 = all.iter().map(|f| f.mass).sum();
     consistent(case, &format!("mass of all fragments, {time} [kg]"), exact, mass, Relative(1e-3));
@@ -200,12 +202,12 @@ fn a_block_of_rock_is_blasted() {
     let case = of("v12_blast");
     let mut watched = Watched::start(&example(case.deck));
     let start = watched.simulation.charge(0).expect("a charge");
-    // The eight cells that are missing and half of the gaps around, edges and corners cut off.
+    // The eight missing cells and half of the gaps around them, with edges and corners cut off.
     let (edge, gap) = (0.1_f64, 0.008_f64);
     let cut = 6.0 * (edge - gap) * gap.powi(2) + 8.0 * 5.0 / 6.0 * gap.powi(3);
     let room = (edge + gap).powi(3) - cut;
     check(case, "volume of the cavity [m3]", room, start.volume, Relative(1e-9));
-    // 1 kg of TNT, which has expanded into it.
+    // 1 kg of TNT that has expanded into the cavity.
     let (density, detonation, gamma) = (1630.0, 6930.0_f64, 2.727);
     let burnt = density * detonation.powi(2) / (2.0 * (gamma + 1.0));
     let pressure = burnt * (1.0 / density / room).powf(gamma);

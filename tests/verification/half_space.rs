@@ -1,4 +1,4 @@
-//! V13: a force on a half space (Lamb; Pekeris 1955), on viscous sides and bottom.
+//! V13: a force on a half space (Lamb; Pekeris 1955), with viscous sides and bottom.
 
 use std::f64::consts::PI;
 
@@ -9,14 +9,15 @@ use super::shared::{example, run};
 
 const SHEAR: f64 = 7.2e9;
 const DENSITY: f64 = 2400.0;
-/// Of the whole half space [N].
+/// Force on the whole half space [N].
 const FORCE: f64 = 4e6;
-/// The force rises over this time [s].
+/// Rise time of the force [s].
 const RISE: f64 = 4e-3;
 /// Edge of the model [m].
 const SIZE: f64 = 16.0;
 
-/// Way of the surface under a step of force, by the static one, at τ = c_S t/r; Poisson's ratio 1/4.
+/// Displacement of the surface under a step force divided by the static one, at τ = c_S t/r, for
+/// Poisson's ratio 1/4.
 fn step(tau: f64) -> f64 {
     let root = 3.0_f64.sqrt();
     let x = tau * tau;
@@ -43,7 +44,7 @@ fn exact(time: f64, arrival: f64) -> f64 {
     (0..PARTS).map(part).sum()
 }
 
-/// First time at which the surface has gone up by this part of its final way.
+/// First time at which the surface has risen by this part of its final displacement.
 fn rises(samples: &[[f64; 2]], part: f64) -> f64 {
     samples.iter().find(|[_, w]| *w < -part).expect("it rises")[0]
 }
@@ -56,12 +57,12 @@ fn a_force_on_a_half_space() {
     for (probe, r) in
         [("near", 4.2), ("middle", 6.0), ("far", 7.8), ("askew", 4.2 * 2.0_f64.sqrt())]
     {
-        // F (1 − ν)/(2π G r), down.
+        // F (1 − ν)/(2π G r), downwards.
         let resting = 0.75 * FORCE / (2.0 * PI * SHEAR * r);
         let samples = run.probes.series(&format!("{probe}.z"));
         let ways: Vec<[f64; 2]> = samples.iter().map(|[t, w]| [*t, -w / resting]).collect();
-        // From the end of the Rayleigh wave until something can be back from the sides and has
-        // changed the mean.
+        // From the end of the Rayleigh wave until a reflection from the sides could have changed
+        // the mean.
         let from = 1.0877 * r / slow + RISE + 2e-4;
         let to = 1.5 * SIZE / slow;
         let rest: Vec<f64> =
@@ -81,7 +82,7 @@ fn a_force_on_a_half_space() {
             check(case, what, rises(&curve, 4e-3), rises(&ways, 4e-3), Relative(3e-2));
         }
     }
-    // Dashpots bear no force at rest: all of them together let the model go at this speed.
+    // Dashpots carry no force at rest, so the whole model sinks at this speed in the end.
     let exact = -FORCE / 4.0 / (DENSITY * SIZE * SIZE * (fast + 2.0 * slow));
     let ways = run.probes.series("middle.z");
     let [[t0, w0], [t1, w1]] = [ways[ways.len() * 3 / 4], ways[ways.len() - 1]];

@@ -1,4 +1,4 @@
-//! V16, V17: a stress that is there at the start, and what moves when blocks are taken out of it.
+//! V16, V17: initial stress, and displacements when blocks are removed from stressed rock.
 
 use std::f64::consts::PI;
 
@@ -16,7 +16,7 @@ fn overburden_stays() {
     check(case, "way of the top, in motion [m]", 0.0, run.last("top.z"), Absolute(1e-15));
     let weight = 3.0 * 2.0 * 2500.0 * 9.81 * 54.0;
     check(case, "reaction of the foot [N]", weight, run.last("foot.z"), Relative(1e-9));
-    // Of the lowest element: half of what is between the foot and the first joint, in two.
+    // Depth of the centre of the lowest element, one of two between the base and the first joint.
     let depth = 54.0 - 0.99 / 4.0;
     check(case, "stress zz [Pa]", -2500.0 * 9.81 * depth, run.last("stress.zz"), Relative(1e-9));
 }
@@ -32,10 +32,11 @@ fn a_face_is_unloaded() {
     check(case, "stress zz [Pa]", 0.0, run.last("stress.zz"), Absolute(8.0));
 }
 
-/// Way down of the rock above the crown that an excavation adds, at a distance from the centre (Kirsch 1898).
+/// Downward displacement of the rock above the crown due to the excavation, at a distance from the
+/// centre (Kirsch 1898).
 fn kirsch(distance: f64) -> f64 {
     let (along, across, shear) = (10e6, 4e6, 8e9);
-    // Of a circle with the area of the staircase.
+    // Squared radius of a circle with the area of the staircase.
     let square = 4.0 * 0.8125 / PI;
     let spread = 4.0 * (1.0 - 0.25) - square / (distance * distance);
     -square / (2.0 * shear * distance) * (0.5 * (along + across) + 0.5 * (along - across) * spread)

@@ -6,10 +6,10 @@ use super::record::{at_most, check, of};
 use super::shared::{edited, example, run};
 
 pub(crate) const G: f64 = 9.81;
-/// Of the block, and of the base.
+/// Mass of the block, and of the base.
 const MASS: f64 = 1200.0;
 
-/// Of the straight line nearest to some points: the block rings while it slides.
+/// Slope of the straight line nearest to some points; the block rings while it slides.
 pub(crate) fn rate(points: impl Iterator<Item = [f64; 2]> + Clone) -> f64 {
     let mean = |c: usize| points.clone().map(|p| p[c]).sum::<f64>() / points.clone().count() as f64;
     let (x, y) = (mean(0), mean(1));
@@ -35,7 +35,7 @@ fn it_slides_where_the_slope_is_steeper_than_friction() {
     closes(case, "", &run);
 }
 
-/// After half a pair spacing the joint is let go, and a contact goes on from there.
+/// After half a pair spacing the joint is released and a contact replaces it.
 #[test]
 fn it_slides_on_as_a_contact() {
     let case = of("v04_slides");
@@ -69,7 +69,7 @@ fn it_stays_where_friction_is_larger() {
     check(case, "base, z [N]", weight * slope.cos(), run.last("base.z"), Relative(1e-4));
 }
 
-/// The joint has another friction in each stage, as a joint and as the contact that it becomes.
+/// The friction changes with the stage, for the joint and for the contact that replaces it.
 #[test]
 fn it_slides_with_the_friction_of_the_stage() {
     let case = of("v04_stages");

@@ -9,7 +9,7 @@ use super::shared::{Run, edited, example, run};
 /// Mass of the block `[kg]`.
 const MASS: f64 = 150.0;
 
-/// The deck with one kind of block on the base, which stays rigid.
+/// The deck with this kind of block; the base stays rigid.
 pub(crate) fn body(text: &str, block: &str, kind: &str) -> String {
     let start = text.find(&format!("name = \"{block}\"")).expect("the block");
     let (before, after) = text.split_at(start);
@@ -22,7 +22,7 @@ pub(crate) fn largest(run: &Run, column: &str, from: f64) -> f64 {
     late.fold(0.0, |most, [_, value]| most.max(value.abs()))
 }
 
-/// Greatest less smallest value of a column from a time on.
+/// Difference between the largest and the smallest value of a column from a time on.
 pub(crate) fn spread(run: &Run, column: &str, from: f64) -> f64 {
     let late = run.probes.series(column).into_iter().filter(|[time, _]| *time >= from);
     let (low, high) = late.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), [_, value]| {
@@ -60,7 +60,7 @@ fn it_slides_on_another_block() {
 #[test]
 fn it_stays_on_another_block() {
     let case = of("v04_contact_stays");
-    // A softer block takes longer steps, and the answer is the same.
+    // A softer block permits longer steps, and the result is the same.
     let soft = edited(&example(case.deck), "young = 18e9", "young = 18e7");
     for (kind, text) in [("rigid", example(case.deck)), ("deformable", soft)] {
         let run = run(&body(&text, "block", kind));
@@ -77,7 +77,7 @@ fn it_stays_on_another_block() {
     }
 }
 
-/// Blocks without damping flutter, and do neither.
+/// Near the limit undamped blocks flutter, and would neither slide nor stay.
 #[test]
 fn near_the_limit_deformable_blocks_slide_and_stay() {
     let case = of("v04_contact_steep");
@@ -100,7 +100,7 @@ fn near_the_limit_deformable_blocks_slide_and_stay() {
     closes(case, " at 36°", &run_36);
 }
 
-/// Runs a deck with the width on both sides of the limit. The probe is at a height of `level` half
+/// Runs a deck with widths on both sides of the limit. The height of the probe is `level` half
 /// heights of the block.
 fn topples(case: Case, kind: &str, text: &str, level: f64) {
     let limit = 20_f64.to_radians().tan();
@@ -110,7 +110,7 @@ fn topples(case: Case, kind: &str, text: &str, level: f64) {
         let what = format!("w/h = {part} tan ψ, {kind}");
         let leans = run.last("block.x");
         if part > 1.0 {
-            // A part of the way that would bring the weight over the edge.
+            // A part of the displacement that would bring the weight over the edge.
             let most = 0.1 * 0.5 * (part - 1.0) * limit * level;
             at_most(case, &format!("{what}: leans [m]"), most, leans.abs());
             let speed = run.last("speed.x").abs();

@@ -13,10 +13,10 @@ const FACING: [[[usize; 2]; 4]; 3] = [
     [[0, 4], [1, 5], [2, 6], [3, 7]],
 ];
 
-/// Where a pair is, and its traction `T = (F_a − F_b)/(2 A_p)`.
+/// Position of a pair, and its traction `T = (F_a − F_b)/(2 A_p)`.
 pub(crate) type Pair = (Vector3<f64>, Vector3<f64>);
 
-/// Pairs of the joint plane at `at` along `axis`, strips and corners left out, eq. (M1).
+/// Pairs of the joint plane at `at` along `axis`, without strips and corners, eq. (M1).
 pub(crate) fn tractions(mesh: &Mesh, u: &[f64], axis: usize, at: f64) -> Vec<Pair> {
     let mut pairs: BTreeMap<usize, (Vector3<f64>, Vector3<f64>, f64)> = BTreeMap::new();
     for element in mesh.elements.iter().filter(|element| element.kind == ElementKind::Joint) {

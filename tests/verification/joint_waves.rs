@@ -6,7 +6,7 @@ use super::record::Tolerance::Relative;
 use super::record::{check, of};
 use super::shared::{example, run};
 
-/// Size of the harmonic of a record that starts and ends at rest.
+/// Amplitude of the harmonic of a record that starts and ends at rest.
 fn harmonic(samples: &[[f64; 2]], frequency: f64) -> f64 {
     let [mut real, mut imaginary] = [0.0; 2];
     for pair in samples.windows(2) {
@@ -20,7 +20,7 @@ fn harmonic(samples: &[[f64; 2]], frequency: f64) -> f64 {
     real.hypot(imaginary)
 }
 
-/// Waves of the speed `speed` in the columns of a deck; 12 m long, and twice as long.
+/// Checks waves of the speed `speed` in the columns of a deck, 12 m long and twice as long.
 fn passes(deck: &str, axis: &str, speed: f64) {
     let case = of(deck);
     let run = run(&example(case.deck));

@@ -1,4 +1,5 @@
-//! Limit strengths: relaxation, local damping and slow loading find the same one, that of limit equilibrium.
+//! Limit strengths: relaxation, local damping and slow loading find the same limit as limit
+//! equilibrium.
 
 use ddem_core::{RunError, Simulation};
 use ddem_deck::Deck;
@@ -10,30 +11,30 @@ use super::record::{Case, check, of};
 use super::shared::{deck, example};
 use super::stacks::shifted;
 
-/// A way to find out whether a model stands.
+/// Method to find out if a model stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Way {
-    /// The weight is there at once, and everything relaxes.
+    /// The weight acts at once, and the model relaxes.
     Relaxation,
-    /// The weight is there at once, and local damping brings the blocks to rest.
+    /// The weight acts at once, and local damping brings the blocks to rest.
     Local,
-    /// The weight comes slowly, on blocks that damping by mass slows down.
+    /// The weight is applied slowly, with mass damping.
     Slow,
 }
 
 const WAYS: [(Way, &str); 3] =
     [(Way::Relaxation, "relaxation"), (Way::Local, "local damping"), (Way::Slow, "slow loading")];
 
-/// Speed below which blocks stand `[m/s]`: ten times what is left of a stage's start, a sixth of what
-/// 0.4 % beyond the limit leads to.
+/// Speed below which blocks stand `[m/s]`: ten times the speed left from the start of a stage, and
+/// a sixth of the speed at 0.4 % beyond the limit.
 const STILL: f64 = 1e-4;
-/// Steps in which a relaxation comes to equilibrium, if there is one.
+/// Steps in which a relaxation reaches equilibrium, if there is one.
 const STEPS: u64 = 8000;
 
 /// Parts of a model and their weights.
 type Weights<'a> = &'a [(Where, f64)];
 
-/// True where a model stands; motion takes so long `[s]`.
+/// True if a model stands; dynamic methods take this duration `[s]`.
 fn stands(mut deck: Deck, way: Way, weights: Weights<'_>, duration: f64) -> bool {
     if way == Way::Slow {
         let along = deck.model.gravity;
@@ -59,7 +60,7 @@ fn stands(mut deck: Deck, way: Way, weights: Weights<'_>, duration: f64) -> bool
     speed(&mut simulation) < STILL
 }
 
-/// True where a relaxation finds an equilibrium.
+/// True if a relaxation finds an equilibrium.
 fn relaxes(simulation: &mut Simulation) -> bool {
     use RunError::{Collapsed, NotConverged, TooDeep};
     match simulation.relax(1e-6, STEPS) {
@@ -75,7 +76,7 @@ fn speed(simulation: &mut Simulation) -> f64 {
     simulation.velocities().iter().map(speed).fold(0.0, f64::max)
 }
 
-/// Finds the limit by all ways: `at` is the model at a part of the exact one.
+/// Finds the limit by all methods: `at` is the model at a part of the exact limit.
 fn find((case, what): (Case, &str), weights: Weights<'_>, duration: f64, at: &dyn Fn(f64) -> Deck) {
     for (way, name) in WAYS {
         let (mut low, mut high) = (0.96, 1.03);
@@ -103,7 +104,7 @@ pub(super) fn with_body(mut deck: Deck, sets: &[&str], body: Body) -> Deck {
     deck
 }
 
-/// The model with contacts in the place of its joints, stiffness and friction those of one of them.
+/// The model with contacts instead of joints, with the stiffness and friction of one of the joints.
 pub(super) fn in_contact(mut deck: Deck, joint: &str) -> Deck {
     let joint = deck.joints[joint].clone();
     deck.blocks.iter_mut().for_each(|set| set.joint = None);
@@ -113,12 +114,12 @@ pub(super) fn in_contact(mut deck: Deck, joint: &str) -> Deck {
     deck
 }
 
-/// Angle whose tangent is a part of that of another, both `[degrees]`.
+/// Angle whose tangent is that of another angle divided by a factor, both `[degrees]`.
 fn reduced(angle: f64, factor: f64) -> f64 {
     (angle.to_radians().tan() / factor).atan().to_degrees()
 }
 
-/// The block on the plane with strengths at a part of their limit.
+/// The block on the plane, with strengths at a part of their limit.
 pub(super) fn plane([cohesion, friction]: [f64; 2], part: f64) -> Deck {
     let slope = 30_f64.to_radians();
     let holds = cohesion / (1200.0 * G * slope.sin()) + friction.to_radians().tan() / slope.tan();
@@ -134,7 +135,7 @@ pub(super) fn plane([cohesion, friction]: [f64; 2], part: f64) -> Deck {
     deck
 }
 
-/// Both blocks in one set, their joint a layer with a modulus `[Pa]`.
+/// Both blocks in one set; their joint is a layer with a modulus `[Pa]`.
 pub(super) fn layered(mut deck: Deck, young: f64) -> Deck {
     let joint = deck.joints.get_mut("plane").expect("the plane");
     joint.thickness = 0.01;
@@ -212,7 +213,7 @@ fn a_corbelled_stack_falls_at_its_limit() {
     });
 }
 
-/// The two blocks with strengths at a part of their limit: contacts have 35° everywhere.
+/// The two blocks, with strengths at a part of their limit; contacts have 35° everywhere.
 pub(super) fn wedges(part: f64, contact: bool) -> Deck {
     let mut deck = deck(&example("limit_wedges"));
     let (factor, side) = if contact { (2.415359, 35.0) } else { (2.268822, 20.0) };
@@ -233,7 +234,7 @@ fn two_blocks_slide_at_their_limit() {
     });
 }
 
-/// The slope, its strengths divided by one factor after the other, a stage each.
+/// The slope with its strengths divided by one factor after the other, one stage for each.
 fn slope(factors: &[f64]) -> Simulation {
     let mut deck = deck(&example("limit_slope"));
     let whole = deck.joints["joint"].clone();
@@ -257,7 +258,7 @@ fn slope(factors: &[f64]) -> Simulation {
     simulation
 }
 
-/// True where the slope comes to rest.
+/// True if the slope comes to rest.
 fn rests(simulation: &mut Simulation, way: Way) -> bool {
     let damping = match way {
         Way::Relaxation => return relaxes(simulation),
@@ -305,8 +306,8 @@ fn a_slope_has_one_limit() {
     }
 }
 
-/// A contact has taken the place of the joint, or there never was one: the block goes on sliding, off the base
-/// at last, and a relaxation ends long before its last step.
+/// Without a joint, or after a contact has replaced it, the block slides on and finally off the
+/// base. A relaxation stops long before its last step.
 #[test]
 fn a_relaxation_says_that_nothing_holds() {
     for body in [Body::Rigid, Body::Deformable] {

@@ -1,7 +1,7 @@
-//! What the program must get right: decks of `examples/verification` against exact answers.
+//! Verification of the program: decks of `examples/verification` against exact answers.
 //!
-//! The table in `docs/verification.md` is written by
-//! `DDEM_VERIFICATION=docs/verification.md cargo test --test verification`.
+//! `DDEM_VERIFICATION=docs/verification.md cargo test --test verification` writes the table in
+//! `docs/verification.md`.
 
 #![allow(clippy::print_stdout, reason = "errors that were found, shown by --nocapture")]
 
@@ -46,5 +46,5 @@ mod waves;
 
 use fem::Elastic;
 
-/// The rock of the paper, for the independent model.
+/// Rock of the paper, for the independent model.
 const ROCK: Elastic = Elastic { density: 2400.0, young: 18e9, poisson: 0.25 };

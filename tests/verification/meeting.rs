@@ -1,4 +1,4 @@
-//! Blocks that meet make no energy, whatever their contact, mesh and rock.
+//! Blocks that make contact gain no energy, for any contact, mesh and rock.
 
 use ddem_core::Simulation;
 use ddem_deck::Deck;
@@ -10,7 +10,7 @@ use super::record::{Case, at_most, check, consistent, of};
 use super::rotation::invariants;
 use super::shared::{Run, deck, edited, example, run};
 
-/// Kinetic and strain energy less the work of loads, at most and at the start `[J]`.
+/// Kinetic and strain energy minus the work of loads: largest value and value at the start `[J]`.
 fn free_energy(run: &Run) -> [f64; 2] {
     let column = |name: &str| run.energy.column(name).to_vec();
     let [kinetic, bodies, joints, work] =
@@ -36,7 +36,8 @@ fn a_block_that_falls_back_never_rises_higher() {
     }
 }
 
-/// `meet_toss` in free fall, undamped, with other divisions and another joint, and one set for each block.
+/// `meet_toss` in free fall, undamped, with other divisions and another joint, and one set for each
+/// block.
 fn weightless(divisions: [u32; 2], thickness: f64, velocity: f64) -> Deck {
     let mut deck = deck(&example("meet_toss"));
     (deck.model.gravity, deck.contact.damping) = ([0.0; 3], Some(0.0));
@@ -51,7 +52,7 @@ fn weightless(divisions: [u32; 2], thickness: f64, velocity: f64) -> Deck {
     deck
 }
 
-/// Kinetic and strain energy, at most and at the end, as a part of that at the start.
+/// Kinetic and strain energy, largest and at the end, as parts of that at the start.
 fn energies(deck: &Deck, steps: usize) -> [f64; 2] {
     let mut simulation = Simulation::new(deck.build().expect("a model"));
     simulation.start(Damping::None, TimeStep::Auto, None).expect("a start");
@@ -66,8 +67,8 @@ fn energies(deck: &Deck, steps: usize) -> [f64; 2] {
     [most / first, last / first]
 }
 
-/// Over a joint without strength, at 1 m/s from the first step on: it is pressed and parts. For a few steps a
-/// pair owes what it has gained.
+/// A joint without strength is compressed from the first step at 1 m/s and then opens. For a few
+/// steps a pair owes the energy that it has gained.
 #[test]
 fn blocks_that_a_joint_throws_back_gain_nothing() {
     let case = of("meet_toss");
@@ -87,7 +88,7 @@ fn blocks_that_a_joint_throws_back_gain_nothing() {
     }
 }
 
-/// Pressed together from the first step on, and torn on the rebound.
+/// Springs are compressed from the first step on and fail on the rebound.
 #[test]
 fn springs_that_break_on_the_rebound_make_no_energy() {
     let case = of("meet_toss");
@@ -110,7 +111,7 @@ fn springs_that_break_on_the_rebound_make_no_energy() {
     }
 }
 
-/// Pressed and sheared over a joint without cohesion: the pairs slide from some moment of a step on.
+/// A joint without cohesion is compressed and sheared: pairs begin to slide within a step.
 #[test]
 fn blocks_that_hit_each_other_aslant_lose_what_friction_takes() {
     let case = of("meet_toss");
@@ -134,13 +135,13 @@ fn blocks_that_hit_each_other_aslant_lose_what_friction_takes() {
     }
 }
 
-/// The lowest of three is held and the highest thrown, which the joint between them holds; the weaker one below
-/// breaks when the shock has come through.
+/// The lowest of three blocks is fixed, and the highest is thrown. The joint between the upper two
+/// holds; the weaker joint below breaks when the shock has passed.
 #[test]
 fn a_joint_that_a_shock_breaks_later_makes_no_energy() {
     let case = of("meet_toss");
     let strengths = [(1, 5e6), (1, 10e6), (1, 20e6), (2, 10e6)];
-    // The joint that holds fails at 400 MPa, or never.
+    // The joint that holds fails at 400 MPa or never.
     let strong = [Some(4e8), None];
     for ((divisions, tension), strong) in
         strengths.into_iter().flat_map(|case| strong.map(|strong| (case, strong)))
@@ -166,7 +167,7 @@ fn a_joint_that_a_shock_breaks_later_makes_no_energy() {
     }
 }
 
-/// The cubes, the upper one turned about an axis by an angle `[degrees]`.
+/// The cubes, with the upper one rotated about an axis by an angle `[degrees]`.
 fn turned(mut deck: Deck, axis: Vector3<f64>, angle: f64) -> Deck {
     let turn = Rotation3::from_axis_angle(&Unit::new_normalize(axis), angle.to_radians());
     let edges = [0, 1, 2].map(|d| turn * Vector3::ith(d, 1.0));
@@ -184,7 +185,7 @@ fn held(simulation: &mut Simulation) -> f64 {
     energy.kinetic + energy.strain_bodies + energy.strain_joints
 }
 
-/// Lets the cubes of a deck hit each other and checks their energy and momentum.
+/// Lets the cubes of a deck hit each other and checks energy and momentum.
 fn hit(case: Case, what: &str, deck: &Deck) {
     let model = deck.build().unwrap_or_else(|error| panic!("{what}: {error}"));
     let mut simulation = Simulation::new(model);
@@ -207,7 +208,8 @@ fn cubes_that_hit_each_other_make_no_energy() {
     let cubes = deck(&example(case.deck));
     let (edge, skew) = (Vector3::y(), Vector3::new(0.3, 1.0, 0.0));
     let elements = 1.2 * 18e9;
-    // Turn [degrees], divisions of both, contact as a part of the elements' stiffness, upper modulus.
+    // Rotation [degrees], divisions of both, contact relative to the elements' stiffness, upper
+    // modulus.
     let hits: [(_, f64, [u32; 2], Option<f64>, f64); 12] = [
         (edge, 0.0, [1, 1], Some(100.0), 18e9),
         (edge, 0.0, [2, 3], Some(1.0), 1.8e9),
@@ -242,7 +244,7 @@ fn cubes_that_hit_each_other_make_no_energy() {
     }
 }
 
-/// Two free blocks that are pulled apart until their joint breaks and the step becomes shorter.
+/// Two free blocks are pulled apart until their joint breaks and the step becomes shorter.
 #[test]
 fn blocks_that_are_pulled_apart_keep_momentum_and_energy() {
     let case = of("meet_toss");

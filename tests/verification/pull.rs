@@ -9,12 +9,12 @@ const STRENGTH: f64 = 1e6;
 /// λ + 2G of the rock.
 const HELD: f64 = 21.6e9;
 const YOUNG: f64 = 18e9;
-/// When the top has risen by so much: it starts with a ramp of 0.05 s.
+/// Time at which the top has risen by this distance; it starts with a ramp of 0.05 s.
 fn time(risen: f64) -> f64 {
     risen / 5e-4 + 0.05 / 2.0
 }
 
-/// Largest force before some time; what has broken rings.
+/// Largest force up to a time; after failure the blocks ring.
 fn peak(run: &Run, until: f64) -> f64 {
     let before = run.probes.series("base.z").into_iter().take_while(|[time, _]| *time <= until);
     before.fold(0.0, |peak: f64, [_, force]| peak.max(-force))
@@ -52,7 +52,7 @@ fn a_spring_joint_without_thickness() {
     let case = of("v05_pull_spring");
     let text = example(case.deck);
     breaks(case, "", &run(&text), 2.0 / HELD + 1.0 / 1e10);
-    // Free sides: two nodes of each end, on an edge, keep a block from turning and drifting.
+    // Free sides: supports along two edges prevent rotation and drift of the blocks.
     let sides = "[[fix]]                            # nothing moves sideways\naxes = \"xy\"\n";
     let edges = "[[fix]]\nwhere = { x = 0.0, y = 0.0 }\naxes = \"xy\"\n\
                  [[fix]]\nwhere = { x = 1.0, y = 0.0 }\naxes = \"y\"\n";
@@ -60,7 +60,7 @@ fn a_spring_joint_without_thickness() {
     breaks(case, ", free sides", &free, 2.0 / YOUNG + 1.0 / 1e10);
 }
 
-/// What opening takes is the fracture energy.
+/// Checks that the opening takes the fracture energy.
 fn softens(what: &str, text: &str, energy: f64) {
     let case = of("v05_pull_softening");
     let run = run(text);
@@ -87,7 +87,7 @@ fn softening_takes_the_fracture_energy_for_any_divisions() {
     softens("divisions 4", &edited(&text, "divisions = 2", "divisions = 4"), 200.0);
 }
 
-/// Blocks that may meet let go of a joint that has opened, but not before it has softened.
+/// With contacts an opened joint is released, but not before it has softened.
 #[test]
 fn softening_takes_the_fracture_energy_where_contacts_wait() {
     let text = edited(&example("v05_pull_softening"), "contact = false", "contact = true");
@@ -104,7 +104,7 @@ fn softening_of_a_thick_joint_takes_the_fracture_energy() {
     softens("thick joint", &edited(&text, "duration = 0.5 ", "duration = 1.4 "), 200.0);
 }
 
-/// A deck whose top goes by another history.
+/// Deck whose top moves by another history.
 fn going(text: &str, table: &str, duration: f64) -> String {
     let ramp = "history = { ramp = 0.05 }          # s: the top lags by half of it";
     let text = edited(text, ramp, &format!("history = {{ table = {table} }}"));
@@ -115,11 +115,11 @@ fn going(text: &str, table: &str, duration: f64) -> String {
 #[test]
 fn softening_unloads_towards_the_origin() {
     let case = of("v05_pull_softening");
-    // Up to 0.3 mm, back to 0.075 mm at 1.15 s, and up again until it is broken.
+    // Up to 0.3 mm, back to 0.075 mm at 1.15 s, and up again until failure is complete.
     let table = "[[0, 0], [0.05, 1], [0.6, 1], [0.7, -1], [1.1, -1], [1.2, 1]]";
     let run = run(&going(&example(case.deck), table, 2.2));
-    // The way of the top is that of the rock and the softening line of the joint, which goes from
-    // the peak at 0.1 mm to nothing at 0.4 mm: u = 0.4e-3 + T (2/M - 0.3e-3/1e6).
+    // The displacement of the top is that of the rock plus that of the joint's softening line,
+    // which falls from the peak at 0.1 mm to zero at 0.4 mm: u = 0.4e-3 + T (2/M - 0.3e-3/1e6).
     let most = (0.4e-3 - 0.3e-3) / (0.3e-3 / STRENGTH - 2.0 / HELD);
     let force = run.probes.series("base.z");
     let at = |time: f64| -force.iter().find(|f| f[0] >= time).expect("a sample")[1];
@@ -134,7 +134,8 @@ fn softening_unloads_towards_the_origin() {
 #[test]
 fn what_is_broken_closes_without_healing() {
     let case = of("v05_pull_spring");
-    // Broken on the way to 0.25 mm, then pushed to -0.1625 mm, which closes it at 0.
+    // The joint breaks on the way to 0.25 mm; then the top is pushed to -0.1625 mm, and the joint
+    // closes at 0.
     let table = "[[0, 0], [0.05, 1], [0.5, 1], [0.6, -1]]";
     let run = run(&going(&example(case.deck), table, 1.4));
     let force = run.probes.series("base.z");

@@ -1,4 +1,4 @@
-//! Checks, and the page of all of them.
+//! Checks, and the page that lists all of them.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -6,7 +6,7 @@ use std::sync::{Mutex, OnceLock};
 
 use super::shared;
 
-/// A case of the verification, and the deck that it runs.
+/// Case of the verification with its deck.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Case {
     /// Name in the table.
@@ -113,10 +113,11 @@ pub(crate) fn of(deck: &str) -> Case {
     *CASES.iter().find(|case| case.deck == deck).expect("a case of the list")
 }
 
-/// Largest error of a number, as the case states it. The table records a smaller one: ten times the error found.
+/// Largest allowed error of a number, as the case states it. The table records a smaller one: ten
+/// times the error found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Tolerance {
-    /// Part of the exact value.
+    /// Relative to the exact value.
     Relative(f64),
     /// Absolute error.
     Absolute(f64),
@@ -124,7 +125,7 @@ pub(crate) enum Tolerance {
 
 use Tolerance::{Absolute, Relative};
 
-/// Part of the page that a row belongs to.
+/// Section of the page to which a row belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Part {
     Exact,
@@ -132,17 +133,17 @@ enum Part {
     Consistency,
 }
 
-/// Row of a table: its part, its case, and its cells.
+/// Row of a table: its section, its case and its cells.
 type Row = (Part, usize, String);
 
 static ROWS: Mutex<Vec<Row>> = Mutex::new(Vec::new());
 
-/// Asserts that a number is that of an exact answer from outside of this program.
+/// Asserts that a number equals an exact answer from outside this program.
 pub(crate) fn check(case: Case, quantity: &str, exact: f64, computed: f64, tolerance: Tolerance) {
     compare(Part::Exact, case, quantity, [exact, computed], tolerance);
 }
 
-/// Asserts that a number is that of a conservation law, or of the same run by another way.
+/// Asserts that a number follows a conservation law, or equals that of the same run in another way.
 pub(crate) fn consistent(
     case: Case,
     quantity: &str,
@@ -192,19 +193,19 @@ fn compare(part: Part, case: Case, quantity: &str, [exact, computed]: [f64; 2], 
     );
 }
 
-/// Tolerance that the table records for an error: ten times as much, but no less than rounding and no more than the
-/// case states.
+/// Tolerance that the table records for an error: ten times the error, but not below rounding and
+/// not above the stated tolerance.
 fn ratchet(error: f64, stated: f64, relative: bool) -> (f64, &'static str) {
     let rounding = if relative { 1e-9 } else { 1e-6 * stated }.min(stated);
     if 10.0 * error <= rounding {
         return (rounding, ", rounding");
     }
-    // Downwards, to two digits.
+    // Rounded down to two digits.
     let unit = 10_f64.powi(error.log10().floor() as i32);
     (((10.0 * error / unit).floor() * unit).min(stated), "")
 }
 
-/// True where the page is written anew.
+/// True if the page is to be written.
 fn rewrites() -> bool {
     std::env::var_os("DDEM_VERIFICATION").is_some()
 }
@@ -234,7 +235,7 @@ fn first_cells(Case { name, deck }: Case) -> String {
     format!("| {name} | [{deck}](../examples/verification/{deck}.toml) |")
 }
 
-/// Keeps a row for the page, and writes the page where that is asked for.
+/// Stores a row for the page, and writes the page on request.
 fn keep(part: Part, case: Case, cells: &str) {
     let row = format!("{} {cells} |", first_cells(case));
     println!("{row}");
@@ -246,7 +247,7 @@ fn keep(part: Part, case: Case, cells: &str) {
     }
 }
 
-/// Seven digits, with a power of ten where it is shorter.
+/// Number with seven digits, or with a power of ten if that is shorter.
 fn plain(number: f64) -> String {
     let size = number.abs();
     if number == 0.0 {
@@ -308,10 +309,10 @@ The expected value comes from a conservation law, or from a second way to comput
 |---|---|---|---|---|---|---|
 ";
 
-/// Results of the runs that are too long for every check.
+/// Results of runs that are too long for every check.
 const LARGE: &str = include_str!("large.md");
 
-/// Writes the page of what has been checked so far.
+/// Writes the page of the checks so far.
 fn write(path: &Path, rows: &[Row]) {
     let mut rows = rows.to_vec();
     rows.sort_by_key(|(part, order, _)| (*part, *order));
@@ -329,7 +330,7 @@ fn write(path: &Path, rows: &[Row]) {
     std::fs::write(path, text).expect("the page can be written");
 }
 
-/// Ten times the error found, unless a reason stands beside it.
+/// Tolerances are ten times the error found, unless the row states a reason.
 #[test]
 fn tolerances_are_those_of_the_errors_found() {
     if rewrites() {

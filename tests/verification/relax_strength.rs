@@ -1,4 +1,4 @@
-//! Static stages break what is overloaded in equilibrium, and nothing else.
+//! Static stages break joints that are overloaded in equilibrium, and no others.
 
 use super::record::Tolerance::{Absolute, Relative};
 use super::record::{check, of};

@@ -1,4 +1,5 @@
-//! What a relaxation follows: slip, large turns, supports and strengths that change by increments.
+//! Changes that a relaxation follows: slip, large rotations, and supports and strengths that change
+//! by increments.
 
 use ddem_core::RunError;
 
@@ -19,7 +20,7 @@ fn slip(run: &Run) -> f64 {
     middle.iter().sum::<f64>() / middle.len() as f64
 }
 
-/// A relaxation that went past the equilibrium and kept it would pass through the exact slip, and on.
+/// A relaxation that overshot the equilibrium and kept that state would exceed the exact slip.
 #[test]
 fn the_slip_of_a_crack_converges_with_the_mesh() {
     let case = of("relax_crack");
@@ -36,7 +37,7 @@ fn the_slip_of_a_crack_converges_with_the_mesh() {
 #[test]
 fn the_slip_of_a_crack_is_that_of_slow_motion() {
     let case = of("relax_crack");
-    // Layers that are not as thin take longer steps.
+    // Thicker layers permit longer steps.
     let text = example(case.deck).replace("thickness = 0.001", "thickness = 0.01");
     let (before, _) = text.split_once("name = \"slip\"").expect("the last stage");
     let slow = "name = \"slip\"\nkind = \"dynamic\"\nduration = 0.1\ndamping = { mass = 3000.0 }\n";
@@ -71,7 +72,7 @@ fn a_support_stretches_a_bar() {
     }
 }
 
-/// Which joints have failed, near and far.
+/// True for the near and the far joint if all pairs have failed.
 fn failed(run: &Run) -> [bool; 2] {
     let joints = Frames::open(run.path("joints.vtkhdf"));
     let states = joints.last_scalars("state");
@@ -88,13 +89,14 @@ fn strengths_fall_by_increments() {
     let by_parts = run(&text);
     check(case, "force of the wall at the end [N]", 0.0, by_parts.last("wall.x"), Absolute(1.0));
     assert_eq!(failed(&by_parts), [false, true], "the far joint is the first beyond its strength");
-    // The forces of the wall stand in the table at the end of each stage.
+    // The table has the forces of the wall at the end of each stage.
     let pulled = by_parts.probes.column("wall.x");
     let most = pulled.iter().fold(0.0_f64, |most, f| most.max(-f));
     check(case, "force of the wall before [N]", 1e6, most, Relative(1e-6));
     let at_once = run(&edited(&text, "increments = 10", "increments = 1"));
     assert_eq!(failed(&at_once), [true, false], "at once it is the one that is farther beyond");
-    // In increment 3 nothing has failed: 1.02 MPa are left; in increment 4 there are 0.96 MPa.
+    // At increment 3 the strength left is 1.02 MPa and nothing fails; at increment 4 it is 0.96
+    // MPa.
     for (parts, fails) in [(0.3, false), (0.4, true)] {
         let [near, far] = [(2.0, 0.5), (1.2, 0.6)].map(|(a, b)| (a + (b - a) * parts) * 1e6);
         let text = edited(&text, "tension = 0.5e6", &format!("tension = {near}"));

@@ -11,22 +11,22 @@ const B: f64 = 0.25;
 const H: f64 = 1.0;
 const MASS: f64 = 4.0 * B * H * 0.5 * 2400.0;
 
-/// Angle at which it would fall over.
+/// Angle at which the block would fall over.
 fn alpha() -> f64 {
     B.atan2(H)
 }
 
-/// Half diagonal.
+/// Half of the diagonal.
 fn radius() -> f64 {
     B.hypot(H)
 }
 
-/// A quarter of Housner's period, for slender blocks.
+/// A quarter of Housner's period for slender blocks.
 fn housner(part: f64) -> f64 {
     (1.0 / (1.0 - part)).acosh() / (3.0 * G / (4.0 * radius())).sqrt()
 }
 
-/// The same without that: time of the fall of a pendulum of inertia I about its edge, from
+/// The same for any block: fall time of a pendulum of inertia I about its edge, with the equation
 /// `I θ'' = −m g R sin(α − θ)`. With θ = θ0 (1 − s²) the integrand is smooth.
 fn quarter(part: f64, inertia: f64) -> f64 {
     let start = part * alpha();
@@ -43,14 +43,14 @@ fn quarter(part: f64, inertia: f64) -> f64 {
     sum / f64::from(steps)
 }
 
-/// About the lower edge. Masses at the nodes of n elements an edge have a moment of inertia of
-/// `1 + 2/n²` times that of the block about its centre; rigid blocks have their own.
+/// Inertia about the lower edge. Nodal masses of n elements per edge have `1 + 2/n²` times the
+/// moment of inertia of the block about its centre; rigid blocks have their own.
 fn inertia(divisions: Option<u32>) -> f64 {
     let lumped = divisions.map_or(1.0, |n| 1.0 + 2.0 / f64::from(n * n));
     MASS * radius().powi(2) * (1.0 + lumped / 3.0)
 }
 
-/// The deck with another angle, lower corners at their places.
+/// The deck with another angle and its lower corners in place.
 fn leaning(text: &str, part: f64) -> String {
     let (sin, cos) = (part * alpha()).sin_cos();
     let text = edited(text, "0.9925077", &format!("{cos:.10}"));
@@ -71,20 +71,20 @@ fn angles(run: &super::shared::Run, part: f64) -> Vec<[f64; 2]> {
     (0..lx.len()).map(at).collect()
 }
 
-/// When the base is level for the first time.
+/// Time at which the base is level for the first time.
 fn level(angles: &[[f64; 2]]) -> f64 {
     let after = angles.iter().position(|[_, angle]| *angle <= 0.0).expect("it falls back");
     let ([t0, a0], [t1, a1]) = (angles[after - 1], angles[after]);
     t0 + (t1 - t0) * a0 / (a0 - a1)
 }
 
-/// Energies above that of rest at the tops of the swings, over that at the start.
+/// Energies above the rest position at the tops of the swings, divided by that at the start.
 fn swings(angles: &[[f64; 2]]) -> Vec<f64> {
     let height = |angle: f64| (alpha() - angle.abs()).cos() - alpha().cos();
     let start = height(angles[0][1]);
     let top = |w: &&[[f64; 2]]| w[1][1].abs() > w[0][1].abs() && w[1][1].abs() >= w[2][1].abs();
     let tops = angles.windows(3).filter(top).map(|w| height(w[1][1]) / start);
-    // The smallest ones are the ringing after an impact.
+    // The smallest tops are the ringing after an impact.
     tops.filter(|energy| *energy > 0.1).collect()
 }
 

@@ -1,4 +1,4 @@
-//! V10: free flight of what turns.
+//! V10: free flight of rotating blocks.
 
 use ddem_core::Simulation;
 use ddem_deck::TimeStep;
@@ -23,8 +23,8 @@ pub(crate) fn invariants(simulation: &mut Simulation) -> (Vector3<f64>, Vector3<
     (momentum, angular, energy.kinetic + energy.strain_bodies + energy.strain_joints)
 }
 
-/// Flies the deck and returns the largest changes of momentum, angular momentum and energy,
-/// each as a part of its size, and the change of the mean energy from the first tenth to the last.
+/// Runs the deck and returns the largest changes of momentum, angular momentum and energy, each as
+/// a part of its size, and the change of the mean energy from the first tenth to the last.
 pub(crate) fn changes(text: &str) -> [f64; 4] {
     let stage = deck(text).stage[0].clone();
     let mut simulation = simulation(text);

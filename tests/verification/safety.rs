@@ -9,10 +9,10 @@ use super::record::Tolerance::Relative;
 use super::record::{Case, check, of};
 use super::shared::{deck, edited, example, root};
 
-/// What strengths are divided by beforehand, as a part of what they bear.
+/// Factor by which strengths are divided beforehand, relative to the factor at the limit.
 const PART: f64 = 0.7;
 
-/// Finds the factor of safety of a deck whose strengths bear 1/`PART` times what acts.
+/// Finds the factor of safety of a deck whose strengths carry 1/`PART` times the load.
 fn find((case, what): (Case, &str), deck: &Deck) {
     let model = deck.build().unwrap_or_else(|error| panic!("{what}: {error}"));
     let mut simulation = Simulation::new(model);
@@ -58,7 +58,8 @@ fn a_column_that_leans_on_a_block_has_its_factor_of_safety() {
     }
 }
 
-/// Rigid blocks that rattle on their joints come to rest, or fall; the trial took 200 000 steps and ended undecided.
+/// Rigid blocks that rattle on their joints must come to rest or fall. The trial had taken 200 000
+/// steps and ended undecided.
 #[test]
 fn a_slope_of_rigid_blocks_stands_or_falls() {
     let text = std::fs::read_to_string(root("examples/slope-safety.toml")).expect("the deck");

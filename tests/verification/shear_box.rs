@@ -7,9 +7,9 @@ use super::shared::{Run, edited, example, run};
 
 /// Shear of a joint of 1 m².
 struct Curve {
-    /// Way of the upper block `[m]`, and shear stress `[Pa]`.
+    /// Displacement of the upper block `[m]`, and shear stress `[Pa]`.
     points: Vec<[f64; 2]>,
-    /// How far the upper block has risen at the end `[m]`.
+    /// Rise of the upper block at the end `[m]`.
     risen: f64,
 }
 
@@ -22,7 +22,7 @@ impl Curve {
         Self { points, risen: height.last().expect("samples")[1] - pressed[1] }
     }
 
-    /// Before the first fall by a tenth.
+    /// Peak stress before the first drop by a tenth.
     fn peak(&self) -> f64 {
         let mut peak: f64 = 0.0;
         for [_, stress] in &self.points {
@@ -34,7 +34,7 @@ impl Curve {
         peak
     }
 
-    /// Mean over the last fifth.
+    /// Mean stress over the last fifth.
     fn residual(&self) -> f64 {
         let last = &self.points[self.points.len() * 4 / 5..];
         last.iter().map(|p| p[1]).sum::<f64>() / last.len() as f64
@@ -105,7 +105,8 @@ fn sliding_back_closes_what_sliding_has_opened() {
     let there_and_back = "history = { table = [[0, 0], [0.02, 1], [0.5, 1], [0.52, -1]] }";
     let text = edited(&example(case.deck), ramp, there_and_back);
     let text = edited(&text, "duration = 0.61 ", "duration = 1.01 ");
-    // Down the slopes that it has climbed a rough joint chatters: some stick for a moment.
+    // A rough joint chatters as it slides back down the slopes that it climbed: some pairs stick
+    // briefly.
     for (dilation, tolerance) in [(0.0, 5e-3), (5.0, 2e-2)] {
         let dilated = format!("dilation = {dilation} ");
         let run = run(&edited(&text, "dilation = 5.0 ", &dilated));
@@ -114,7 +115,7 @@ fn sliding_back_closes_what_sliding_has_opened() {
         let residual = 0.1e6 + 1e6 * tan(25.0);
         let what = format!("shear stress [Pa], slid back, dilation {dilation}°");
         check(case, &what, -residual, curve.residual(), Relative(tolerance));
-        // The springs of the joint are strained backward: that much slip is left.
+        // The springs of the joint are strained backwards, so this much slip is left.
         let left = residual / (2e7 / 0.001) * tan(dilation);
         let what = format!("opening [m], slid back, dilation {dilation}°");
         check(case, &what, left, curve.risen, Absolute(1e-2 * 0.5e-3 * tan(5.0)));
@@ -146,7 +147,7 @@ fn a_spring_joint_without_thickness() {
     }
 }
 
-/// The linear softening of the cohesion: exact peak, residual, and energies.
+/// Checks the linear softening of the cohesion: exact peak, residual and energies.
 fn softens(case: Case, what: &str, run: &Run, stiffness: f64, residual_cohesion: f64, energy: f64) {
     let curve = Curve::of(run);
     let is = |quantity: &str, exact: f64, computed: f64, tolerance| {

@@ -1,4 +1,4 @@
-//! V7: which of two weak planes fails first, and under what load.
+//! V7: the first of two weak planes to fail, and its load.
 
 use nalgebra::Vector3;
 
@@ -12,7 +12,7 @@ use super::shared::{Frames, Run, edited, example, run};
 
 const COHESION: f64 = 0.8e6;
 const TENSION: f64 = 1.38e6;
-/// Of a cubic metre `[N]`.
+/// Weight of a cubic metre `[N]`.
 const WEIGHT: f64 = 2400.0 * 9.81;
 
 fn friction() -> f64 {
@@ -40,7 +40,7 @@ fn intact() -> [[Vec<Pair>; 2]; 2] {
     })
 }
 
-/// Load under which the first pair of a plane fails, and where that is.
+/// Load at which the first pair of a plane fails, and the position of the pair.
 fn first_slip(weight: &[Pair], push: &[Pair]) -> (f64, Vector3<f64>) {
     let beyond = |q: f64, (w, p): (&Pair, &Pair)| {
         let t = w.1 + q * p.1;
@@ -58,7 +58,7 @@ fn first_slip(weight: &[Pair], push: &[Pair]) -> (f64, Vector3<f64>) {
     limits.min_by(|a, b| a.0.total_cmp(&b.0)).expect("pairs")
 }
 
-/// Where the pairs of a plane are, and when they have failed.
+/// Positions of the pairs of a plane, and their failure times.
 fn failures(run: &Run, z: f64) -> Vec<([f64; 3], f64)> {
     let joints = Frames::open(run.path("joints.vtkhdf"));
     let all = joints.points().into_iter().zip(joints.last_scalars("failure_time"));
@@ -67,7 +67,7 @@ fn failures(run: &Run, z: f64) -> Vec<([f64; 3], f64)> {
     plane
 }
 
-/// Load when the last pair of the deeper plane has failed, `[Pa]`, of a run that loads by `rate`.
+/// Load when the last pair of the deeper plane has failed `[Pa]`, in a run that loads at `rate`.
 fn limit(run: &Run, rate: f64) -> f64 {
     let deeper = failures(run, 2.0);
     let last = deeper.iter().fold(0.0, |last: f64, (_, time)| {
@@ -111,7 +111,7 @@ fn the_deeper_plane_fails_at_a_load_between_the_bounds() {
     closes(case, "", &run);
 }
 
-/// Limit equilibrium holds for joints that keep their strength as they fail.
+/// Limit equilibrium holds for joints that keep their strength while they fail.
 #[test]
 fn a_plane_that_does_not_soften_bears_what_limit_equilibrium_says() {
     let case = of("v07_shear");

@@ -1,4 +1,4 @@
-//! Blocks that slide, and stay, near the limit of friction with nothing set.
+//! Blocks that slide, and blocks that stay, near the limit of friction with default settings.
 
 use ddem_core::{Relaxed, Simulation};
 use ddem_deck::Deck;
@@ -13,9 +13,9 @@ use super::shared::{deck, edited, example, run};
 /// Contact or joint between the block and the plane.
 #[derive(Clone, Copy, Debug)]
 enum Plane {
-    /// Contact, of a normal stiffness `[Pa/m]`.
+    /// Contact with a normal stiffness `[Pa/m]`.
     Contact(f64),
-    /// Joint of springs `[Pa/m]`.
+    /// Joint of springs with a normal stiffness `[Pa/m]`.
     Spring(f64),
     /// Joint of rock with a thickness `[m]`.
     Layer(f64),
@@ -58,7 +58,7 @@ fn sliding_set() -> Where {
     Where { set: Some("block".to_owned()), ..Where::default() }
 }
 
-/// Velocity of a region down the plane at times `[s, m/s]`, and where it has come to `[m]`.
+/// Times, velocities of a region down the plane, and its displacements `[s, m/s, m]`.
 fn down(deck: &Deck, simulation: &mut Simulation, region: &Where, samples: u64) -> Vec<[f64; 3]> {
     let nodes = region.nodes(simulation.model()).unwrap();
     let stage = deck.stage.last().expect("a stage");
@@ -131,7 +131,7 @@ fn it_slides_as_fast_as_friction_lets_it() {
     }
 }
 
-/// The weight of a cube is near its front edge, where the pairs of a joint of rigid blocks are not.
+/// The weight of a cube acts near its front edge, where a joint of rigid blocks has no pairs.
 #[test]
 fn a_cube_slides_as_fast_as_a_plate() {
     let case = of("slide_plane");
@@ -157,8 +157,8 @@ fn a_cube_slides_as_fast_as_a_plate() {
     }
 }
 
-/// A rigid block as slender as can slide without toppling chatters on its front edge: friction knows the pressure of
-/// spring and dashpot.
+/// A rigid block as slender as can slide without toppling chatters on its front edge. Friction uses
+/// the pressure of spring and dashpot.
 #[test]
 fn a_slender_block_slides_as_fast_as_a_plate() {
     let case = of("slide_plane");
@@ -178,8 +178,8 @@ fn a_slender_block_slides_as_fast_as_a_plate() {
     }
 }
 
-/// A cube tilts as it sinks into a soft layer as thick as its sinking is deep. When all pairs have failed the axes of
-/// the joint turn with the ground, and no spring jumps.
+/// A cube tilts as it sinks into a soft layer, which is as thick as the cube sinks deep. When all
+/// pairs have failed the axes of the joint turn with the ground block, and no spring jumps.
 #[test]
 fn a_cube_on_a_soft_layer_slides_as_fast_as_a_plate() {
     let case = of("slide_plane");
@@ -205,8 +205,8 @@ fn a_cube_on_a_soft_layer_slides_as_fast_as_a_plate() {
     at_most(case, "cube on a soft layer, imbalance", 2e-2, simulation.energy().imbalance());
 }
 
-/// Near the limit on a soft joint a cube tilts until half of its base is open, and its joint becomes a contact, which
-/// bears the same shear.
+/// Near the limit on a soft joint a cube tilts until half of its base is open. Its joint becomes a
+/// contact, which carries the same shear.
 #[test]
 fn a_cube_on_a_soft_joint_comes_to_rest() {
     let case = of("slide_plane");
@@ -262,7 +262,7 @@ fn it_stays_below_the_limit() {
             let creep = (rows[rows.len() - 1][2] - rows[rows.len() / 4][2]).abs();
             let what = format!("creep, weight at once, {plane:?}, {name} [m]");
             at_most(case, &what, 1e-4, creep);
-            // The weight put on in a relax stage, the block held along the plane meanwhile.
+            // Apply the weight in a relax stage while the block is fixed along the plane.
             let hold = Fix {
                 region: sliding_set(),
                 axes: "x".to_owned(),

@@ -1,4 +1,4 @@
-//! Waves from a cavity: a staircase of blocks for a sphere.
+//! Waves from a cavity: a staircase of blocks instead of a sphere.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -15,7 +15,7 @@ use super::shared::{deck, example, run, simulation};
 
 type Vec3 = Vector3<f64>;
 
-/// How far out the independent model reaches `[m]`; farther out a source is as good as a point.
+/// Size of the independent model `[m]`; farther out a point source is as good.
 const OUT: f64 = 3.5;
 /// Faces of an element, whose nodes are in VTK order.
 const FACES: [[usize; 4]; 6] =
@@ -35,8 +35,8 @@ fn around(deck: &Deck) -> (Mesh, f64) {
     (lattice.mesh(), size)
 }
 
-/// A pressure of 1 Pa on all faces that belong to one element, but for those on the planes of symmetry and
-/// the outer ones.
+/// Forces of a pressure of 1 Pa on all faces that belong to one element only, except those on the
+/// planes of symmetry and the outer ones.
 fn pushed(mesh: &Mesh, size: f64) -> Vec<f64> {
     let mut faces: BTreeMap<[usize; 4], (Vec3, u32)> = BTreeMap::new();
     for element in &mesh.elements {
@@ -64,9 +64,10 @@ fn pushed(mesh: &Mesh, size: f64) -> Vec<f64> {
     load
 }
 
-/// Radius of the sphere that at rest moves what is far away as much as the cavity of a deck does. By the
-/// theorem of Betti for the outside of a cube: the work of what acts on it on the displacement of a
-/// point source, `w = x/r³`, is that of the tractions of w on the displacement, `C w` there.
+/// Radius of the sphere whose static displacement far away equals that of the cavity of a deck. It
+/// follows from the theorem of Betti for the outside of a cube. The work of the forces on the cube
+/// on the displacement of a point source, `w = x/r³`, equals that of the tractions of w on the
+/// displacement, which is `C w` there.
 fn effective_radius(deck: &Deck) -> f64 {
     let (mesh, size) = around(deck);
     let system = System::assemble(&mesh, Formulation::Standard);
@@ -74,7 +75,8 @@ fn effective_radius(deck: &Deck) -> f64 {
     let outer = mesh.select(|at| at.iter().any(|x| *x > size - 1e-9));
     let on_plane = |dof: usize| mesh.nodes[dof / 3][dof % 3] < 1e-9;
     let held: Vec<Option<f64>> = (0..mesh.dofs()).map(|dof| on_plane(dof).then_some(0.0)).collect();
-    // Work on w of what holds the cube, where it moves by a multiple of w.
+    // Work on w of the forces that hold the cube's outer faces, which are displaced by a multiple
+    // of w.
     let work = |times: f64, load: &[f64]| {
         let mut held = held.clone();
         for &node in &outer {
@@ -85,7 +87,8 @@ fn effective_radius(deck: &Deck) -> f64 {
         outer.iter().map(of).sum::<f64>()
     };
     let (still, alone) = (work(0.0, &pushed(&mesh, size)), work(1.0, &vec![0.0; mesh.dofs()]));
-    // The tractions of w do -4 G L/r⁶ on it on each side of a cube with the edge L.
+    // The tractions of w do the work -4 G L/r⁶ per area on w, on each side of a cube with the edge
+    // L.
     let (steps, shear) = (400, ROCK.shear());
     let h = size / f64::from(steps);
     let place = |i: i32| (f64::from(i) + 0.5) * h;
@@ -97,8 +100,8 @@ fn effective_radius(deck: &Deck) -> f64 {
     (4.0 * shear * still / (own - alone)).cbrt()
 }
 
-/// Radial velocity `[s, m/s]` at a distance from a cavity of radius a under the pressure p(t), by the
-/// equation of Sharpe and steps of fourth order.
+/// Radial velocity `[s, m/s]` at a distance r from a cavity of radius a under the pressure p(t),
+/// from the equation of Sharpe with steps of fourth order.
 fn sharpe(a: f64, pressure: impl Fn(f64) -> f64, r: f64) -> Vec<[f64; 2]> {
     let (c, shear, density) = (3000.0, 7.2e9_f64 / 2400.0, 2400.0);
     let second = |t: f64, [f, g]: [f64; 2]| {
@@ -121,7 +124,7 @@ fn sharpe(a: f64, pressure: impl Fn(f64) -> f64, r: f64) -> Vec<[f64; 2]> {
     series
 }
 
-/// A value between those of a series; 0 before it.
+/// Value interpolated in a series; 0 before it.
 fn at(series: &[[f64; 2]], time: f64) -> f64 {
     let next = series.partition_point(|[t, _]| *t <= time);
     match (next.checked_sub(1).map(|i| series[i]), series.get(next)) {
@@ -135,16 +138,16 @@ fn largest(series: &[[f64; 2]]) -> f64 {
     series.iter().fold(0.0, |most: f64, [_, v]| most.max(*v))
 }
 
-/// By which part a peak may be wrong at a distance r from a staircase with steps of that height around a
-/// sphere of radius a, as the headers of the decks say: of second order in what carries the wave, of first
-/// in the staircase.
+/// Allowed relative error of a peak at a distance r from a staircase with steps of that height
+/// around a sphere of radius a, as the headers of the decks state. It is of second order in the
+/// elements that carry the wave, and of first order in the staircase.
 fn bound(step: f64, a: f64, r: f64) -> f64 {
     let (wave, spacing) = (9.0, 0.5);
     (2.0 * PI / wave * spacing).powi(2) / 8.0 + step / a * (a / r).powi(2)
 }
 
-/// Checks the peaks of a deck; returns by which part they differ on average, and may. `step` is half the
-/// edge of a block of the staircase `[m]`.
+/// Checks the peaks of a deck; returns the mean relative error and its allowed value. `step` is
+/// half the edge of a block of the staircase `[m]`.
 fn peaks(name: &str, step: f64) -> [f64; 2] {
     let case = of(name);
     let text = example(name);
@@ -192,7 +195,8 @@ fn peaks(name: &str, step: f64) -> [f64; 2] {
 fn waves_from_a_sphere() {
     let [coarse, allowed] = peaks("blast_sphere", 0.25);
     let [fine, allowed_fine] = peaks("blast_sphere_fine", 0.125);
-    // The staircase's part is of first order, what carries the wave beyond 3 m is the same in both.
+    // The error of the staircase is of first order; the blocks that carry the wave beyond 3 m are
+    // the same in both.
     let what = "mean error of the peaks / that with blocks of 1/2 m";
     at_most(of("blast_sphere_fine"), what, allowed_fine / allowed, fine / coarse);
 }

@@ -1,4 +1,4 @@
-//! Blocks that stand, tip and fall where statics says so, and slide from one to the next.
+//! Blocks that stand, tip and fall as statics says, and blocks that slide from one to the next.
 
 use super::energy::closes;
 use super::incline::G;

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::shared::{Frames, edited, example, root, run};
 
-/// Runs when `DDEM_PYTHON` names an interpreter that has vtk and numpy.
+/// Runs only if `DDEM_PYTHON` names an interpreter that has vtk and numpy.
 #[test]
 fn vtk_reads_the_results_of_the_beam() {
     let Some(python) = std::env::var_os("DDEM_PYTHON").filter(|python| !python.is_empty()) else {

@@ -4,7 +4,7 @@ use super::record::Tolerance::Relative;
 use super::record::{check, of};
 use super::shared::{Run, example, run};
 
-/// Moment of the pulse over time divided by its area: when it passes `[s]`.
+/// Moment of the pulse over time divided by its area: its arrival time `[s]`.
 fn arrival(samples: &[[f64; 2]]) -> f64 {
     let (mut area, mut moment) = (0.0, 0.0);
     for pair in samples.windows(2) {

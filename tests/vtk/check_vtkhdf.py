@@ -1,11 +1,11 @@
-"""Read a .vtkhdf file with VTK's own reader and print what it holds, as JSON.
+"""Reads a .vtkhdf file with VTK's own reader and prints its contents as JSON.
 
     python check_vtkhdf.py FILE
 
 Prints the times, and for each of them the number of points and cells, the cell types, the bounds
 and every array: components, number of rows, smallest and largest value, sum over all numbers, and
-the sum weighted by position (1, 2, 3, ... over the numbers in order), which also sees values that
-moved. Smallest, largest and sums leave out NaN; "nan" counts them.
+the sum weighted by position (1, 2, 3, ... over the numbers in order), which also detects values
+that moved. Smallest, largest and sums leave out NaN; "nan" counts them.
 
 Needs VTK 9.3 or newer and NumPy, but neither a display nor OpenGL.
 """
@@ -70,7 +70,7 @@ def main(path):
     information = reader.GetOutputInformation(0)
     times = information.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
     steps = []
-    # A file without time steps is read as it stands.
+    # A file without time steps is read as it is.
     for time in times or (None,):
         reader.Update() if time is None else reader.UpdateTimeStep(time)
         steps.append(describe_grid(reader.GetOutputDataObject(0), time))

@@ -1,4 +1,4 @@
-"""Calls that may be refused but neither panic, crash nor hang."""
+"""Calls that may be refused but must not panic, crash or hang."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, settings
 from nasty import Nasty
 from small import breaking
 
-#: Of each test. `DDEM_EXAMPLES=2000 pytest -k nasty` looks further, each time elsewhere.
+#: Examples per test. `DDEM_EXAMPLES=2000 pytest -k nasty` tries more, and others in each run.
 EXAMPLES = int(os.environ.get("DDEM_EXAMPLES", "0"))
 some = settings(
     max_examples=EXAMPLES or 80,
@@ -22,12 +22,12 @@ some = settings(
     suppress_health_check=list(HealthCheck),
 )
 
-#: What may come out of a call.
+#: Exceptions that a call may raise.
 ALLOWED = (ddem.Error, ValueError, TypeError, OSError, MemoryError, OverflowError, AttributeError)
 
 
 def attempt(call: Callable[[], Any]) -> Any:
-    """What a call gives, if it is no more than refused."""
+    """Result of a call, or None if the call is refused."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
@@ -36,15 +36,16 @@ def attempt(call: Callable[[], Any]) -> Any:
             assert "internal error, please report it" not in str(error), str(error)
             assert str(error) != "" or isinstance(error, (Nasty, MemoryError))
             return None
-        # Anything else fails the test, PanicException included, which is no Exception.
+        # Any other exception fails the test, including PanicException, which is no Exception.
 
 
-# `n` and a duration are how long a call takes: nothing in between is asked for.
+# These arguments, such as `n` and a duration, determine how long a call takes; no call is
+# interrupted.
 LONG = {"n", "duration", "max_steps", "frames", "every_steps", "increments"}
 
 
 def endless(arguments_: dict[str, Any]) -> bool:
-    """Whether a call would take long if it were not refused."""
+    """True if a call would take long unless it were refused."""
     for key in LONG & set(arguments_):
         given_ = arguments_[key]
         try:
@@ -57,13 +58,13 @@ def endless(arguments_: dict[str, Any]) -> bool:
 
 
 def affordable(model: ddem.Model) -> bool:
-    """Whether a model is small, or too large for any memory."""
+    """True if a model is small, or too large for any memory."""
     nodes = int(repr(model).rsplit(", ", 1)[1].split()[0])
     return not 10**4 < nodes < 10**10
 
 
 def looked(simulation: ddem.Simulation) -> None:
-    """Everything is looked at."""
+    """Reads everything that a simulation offers."""
     for name in dir(simulation):
         if not name.startswith("__") and not callable(getattr(ddem.Simulation, name)):
             attempt(lambda name=name: getattr(simulation, name))

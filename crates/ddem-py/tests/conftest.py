@@ -1,4 +1,4 @@
-"""Asserts of what the tests share say what they compared."""
+"""Makes asserts in shared test modules show the compared values."""
 
 import pytest
 

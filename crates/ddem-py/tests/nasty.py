@@ -18,11 +18,11 @@ from small import ROCK, SEAM, column
 
 
 class Nasty(ValueError):
-    """What nasty objects raise."""
+    """Exception that nasty objects raise."""
 
 
 class Raises:
-    """An object that raises whatever is asked of it."""
+    """An object whose conversions and methods all raise."""
 
     def _raise(self, *_: Any, **__: Any) -> Any:
         raise Nasty("nasty")
@@ -32,14 +32,14 @@ class Raises:
 
 
 class Silent:
-    """An object that raises when anything of it is looked at."""
+    """An object that raises when any attribute is read."""
 
     def __getattr__(self, name: str) -> Any:
         raise Nasty(name)
 
 
 class Row(Sequence[Any]):
-    """A sequence that says what it is not."""
+    """A sequence whose length is wrong."""
 
     def __init__(self, said: int, *, ends: bool = True) -> None:
         self.said, self.ends = said, ends
@@ -56,7 +56,7 @@ class Row(Sequence[Any]):
 
 
 class Table(Mapping[Any, Any]):
-    """A mapping with items that are none."""
+    """A mapping whose items cannot be read."""
 
     def __init__(self, entries: Any) -> None:
         self.entries = entries
@@ -75,7 +75,7 @@ class Table(Mapping[Any, Any]):
 
 
 class Itself:
-    """Its list is itself."""
+    """An object whose `tolist` returns the object itself."""
 
     def tolist(self) -> Any:
         return self
@@ -150,7 +150,7 @@ def masked() -> Any:
     return np.ma.masked_array(np.zeros((54, 3)), mask=np.eye(54, 3))
 
 
-# --- what is drawn from ---
+# --- pools of values ---
 
 NUMBERS = [
     0, -1, 1, 2, 3, 7, 54, 2**31, 2**32 - 1, 2**32, 2**53 + 1, 2**63 - 1, 2**63, -(2**63), 10**30,
@@ -250,7 +250,7 @@ SHAPES = [
 
 
 def shaped(kind: str, shape: tuple[int, ...], number: Any, layout: str) -> Any:
-    """An array of the kind, as it may lie in memory."""
+    """An array of a kind in a memory layout."""
     made = np.zeros(shape, kind)
     with np.errstate(all="ignore"):
         try:

@@ -1,4 +1,4 @@
-"""Small models that the tests share, what they compare, and programs beside them."""
+"""Small models for several tests, comparisons, and runs of other programs."""
 
 from __future__ import annotations
 
@@ -19,15 +19,17 @@ REPOSITORY = Path(__file__).resolve().parents[3]
 ROCK = ddem.Material(density=2400, young=18e9, poisson=0.25)
 SEAM = ddem.Joint(thickness=0.01, material=ROCK)
 
-#: Weight of the two cubes of a metre that :func:`column` is [N].
+#: Weight of the two cubes of a metre in :func:`column` [N].
 WEIGHT = 2 * 2400 * 9.81
 
-#: A duration of which no test sees the end [s].
+#: A duration that no test completes [s].
 ENDLESS = 1e3
 
 
 def column(joint: ddem.Joint | None = SEAM, divisions: int = 2, **keys: Any) -> ddem.Model:
-    """Two cubes one on the other under their own weight, held at the foot, a probe at the top."""
+    """Two cubes on top of each other under their own weight, fixed at the base, with a probe at the
+    top.
+    """
     model = ddem.Model(**{"gravity": (0, 0, -9.81), **keys})
     model.add_blocks(
         size=(1, 1, 2), count=(1, 1, 2), divisions=divisions, material=ROCK, joint=joint, name="all"
@@ -45,7 +47,7 @@ def cube(divisions: int = 2, **keys: Any) -> ddem.Model:
 
 
 def breaking(divisions: int = 2) -> ddem.Model:
-    """Two cubes whose joint has little strength, drawn apart from above."""
+    """Two cubes with a weak joint, pulled apart at the top."""
     weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e4, friction=20, tension=1e4)
     model = column(weak, divisions, contact=False)
     model.load(traction=(0, 0, 1e5), z=2.0, history={"ramp": 1e-3})
@@ -64,12 +66,12 @@ def staged() -> ddem.Model:
 
 
 def long() -> ddem.Simulation:
-    """Something that takes longer than any test waits for its end."""
+    """A simulation with more work than any test waits for."""
     return column(divisions=8).build(threads=2)
 
 
 def moves(simulation: ddem.Simulation) -> None:
-    """What can still be done with a simulation is done."""
+    """Checks that a simulation still works."""
     before = simulation.steps
     assert np.isfinite(simulation.displacement).all()
     assert np.isfinite(simulation.energy["balance"])
@@ -79,21 +81,21 @@ def moves(simulation: ddem.Simulation) -> None:
 
 
 def refused(call: Callable[[], Any], kind: type[BaseException] = ValueError) -> str:
-    """The message of a call that is refused."""
+    """The message of a refused call."""
     with pytest.raises(kind) as caught:
         call()
-    # The name of an argument of the wrong type is in a note, which tracebacks show.
+    # For an argument of the wrong type its name is in a note, which tracebacks show.
     return "\n".join([str(caught.value), *getattr(caught.value, "__notes__", [])])
 
 
 def same(a: Any, b: Any) -> bool:
-    """Whether two arrays have the same bits, NaN included."""
+    """True if two arrays have the same bits, NaN included."""
     a, b = np.asarray(a), np.asarray(b)
     return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
 
 
 def same_state(a: ddem.Simulation, b: ddem.Simulation) -> bool:
-    """Whether all that is seen of two simulations has the same bits."""
+    """True if all output of two simulations has the same bits."""
     scalars = ("time", "steps", "time_step", "unbalanced", "critical_step")
     arrays = ("displacement", "velocity", "force", "stress")
     pairs_a, pairs_b = a.pairs, b.pairs
@@ -106,7 +108,7 @@ def same_state(a: ddem.Simulation, b: ddem.Simulation) -> bool:
 
 
 def contents(path: Path, skip: tuple[str, ...] = ()) -> dict[str, bytes]:
-    """Every data set of an HDF5 file and the bits in it."""
+    """Every data set of an HDF5 file with its bits."""
     found: dict[str, bytes] = {}
 
     def visit(name: str, item: Any) -> None:
@@ -121,7 +123,7 @@ def contents(path: Path, skip: tuple[str, ...] = ()) -> dict[str, bytes]:
 
 
 def assert_same_results(a: Path, b: Path) -> None:
-    """Two folders hold the same results, bit for bit."""
+    """Asserts that two folders hold the same results, bit for bit."""
     assert (a / "probes.csv").read_text() == (b / "probes.csv").read_text()
     assert (a / "energy.csv").read_text() == (b / "energy.csv").read_text()
     assert (a / "frames.csv").read_text() == (b / "frames.csv").read_text()
@@ -135,7 +137,7 @@ def assert_same_results(a: Path, b: Path) -> None:
 
 
 def command_line() -> Path:
-    """The program `ddem`, as DDEM_CLI says or as cargo has built it."""
+    """The program `ddem`: the one in DDEM_CLI, or the one that cargo has built."""
     named = os.environ.get("DDEM_CLI")
     if named is not None:
         assert os.access(named, os.X_OK), f"DDEM_CLI: {named} is no program"
@@ -147,20 +149,20 @@ def command_line() -> Path:
 
 
 def run_command(deck: Path, out: Path, *options: str) -> None:
-    """Runs a deck by the command line."""
+    """Runs a deck with the command line."""
     command = [command_line(), str(deck), "--out", str(out), "--quiet", *options]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
 
 
 def environment() -> dict[str, str]:
-    """Variables with which another interpreter finds the same modules, and these."""
+    """Environment in which another interpreter finds the same modules and the test modules."""
     path = os.pathsep.join([str(Path(__file__).parent), *sys.path])
     return {**os.environ, "PYTHONPATH": path}
 
 
 def run_python(script: str, timeout: float = 15) -> str:
-    """What another interpreter prints, which may hang or crash."""
+    """Output of another interpreter, which may hang or crash."""
     command = [sys.executable, "-c", script]
     done = subprocess.run(
         command, capture_output=True, text=True, timeout=timeout, env=environment()

@@ -1,4 +1,4 @@
-"""Simulations: what is seen of them."""
+"""Arrays, counts and selections of simulations."""
 
 from __future__ import annotations
 
@@ -207,7 +207,7 @@ def test_nodes_are_selected(simulation: ddem.Simulation) -> None:
     assert simulation.nodes(z=2.0).tolist() == np.flatnonzero(points[:, 2] == 2).tolist()
     inside = (points[:, 0] <= 0.5) & (points[:, 2] >= 1.5)
     assert simulation.nodes(x=(0, 0.5), z=(1.5, 9)).tolist() == np.flatnonzero(inside).tolist()
-    # A plane in a joint gap: the nodes on both sides.
+    # A plane in a joint gap selects the nodes on both sides.
     assert len(simulation.nodes(z=1.0)) == 18
     assert len(simulation.nodes(set="all")) == 54
     found = simulation.nodes(sphere={"centre": (0, 0, 0), "radius": 0.6})
@@ -229,7 +229,7 @@ def test_the_reaction_is_the_weight(simulation: ddem.Simulation) -> None:
     assert same(simulation.reaction(foot[::-1]), simulation.reaction(foot))
     assert same(simulation.reaction([]), np.zeros(3))
     assert np.abs(simulation.force).max() < 1e-3 * weight
-    # The lower block bears the upper one: mean stress at the foot near the weight per area.
+    # The lower block carries the upper one: the mean stress at the base is near weight per area.
     zz = simulation.stress[simulation.element_block == 0, 2].mean()
     assert np.isclose(zz, -0.75 * weight, rtol=0.1)
     assert simulation.unbalanced < 1e-9

@@ -15,7 +15,7 @@ SOFT = ddem.Material(density=2400, young=1e8, poisson=0.25)
 
 
 def fallen(**contact: float) -> ddem.Model:
-    """A rigid cube that lies on a floor that is held, and a deformable one above it."""
+    """A rigid cube on a fixed floor, with a deformable block above it."""
     model = ddem.Model(gravity=(0, 0, -9.81))
     model.contact(**contact)
     model.add_blocks(
@@ -36,11 +36,11 @@ def test_blocks_fall_on_each_other_and_rest() -> None:
     nodes = len(u)
     assert u.shape == simulation.velocity.shape == (8 + 8 + 27, 3)
     assert np.isfinite(u).all() and np.isfinite(simulation.stress).all()
-    # Down by the gap, and no deeper than the springs need.
+    # The block falls by the gap, and penetrates no more than the springs require.
     assert np.allclose(u[nodes - 27 :, 2], -0.02, atol=2e-3)
     assert np.abs(u[:8]).max() == 0.0
     assert np.abs(simulation.velocity).max() < 0.05
-    # The floor bears both, and itself.
+    # The floor carries both blocks and itself.
     weight = 2400 * 9.81 * (1 + 0.8**3 + 5 * 5 * 0.5)
     assert simulation.reaction(simulation.nodes(set="floor"))[2] == pytest.approx(weight, rel=1e-3)
     assert simulation.energy["friction"] >= 0
@@ -75,7 +75,7 @@ def test_forces_of_contacts_bear_the_weight(tmp_path: Path) -> None:
     )
     for blocks, weight in (((0, 1), 1 + 0.8**3), ((1, 2), 0.8**3)):
         here = contacts[(contacts["blocks"] == blocks).all(axis=1)]
-        # On the block below, which is the first.
+        # Force on the lower block, which is the first of the two.
         force = here["force"].sum(axis=0)
         assert np.allclose(force, (0, 0, -2400 * 9.81 * weight), atol=1e-2 * 2400 * 9.81)
         assert (here["gap"] < 0).all() and not here["sliding"].any()
@@ -117,7 +117,7 @@ def test_momenta_of_a_rigid_and_a_deformable_block() -> None:
     model.initial(set="soft", velocity=(0, 3, 0))
     simulation = model.build()
     for _ in range(2):
-        # m v; of the rigid one x × m v and I ω, of the other x × m v.
+        # m v; for the rigid block x × m v and I ω, for the other x × m v.
         assert simulation.momentum == pytest.approx(2400 * np.array([6.0, 3.0, 0.0]), rel=1e-12)
         spin = 14400 / 12 * (1 + 4) * 2
         moment = np.array([0, 1.5 * 14400, -1.0 * 14400 + spin])
@@ -181,7 +181,7 @@ def test_a_block_that_speeds_up_fails_and_says_so() -> None:
     with pytest.raises(ddem.Collapsed):
         model.build(threads=1).run(1.0, until_rest=True, quiet=True)
     assert model.build(threads=1).run(1.0, until_rest=True, on_failure="continue", quiet=True) > 0
-    # Without `until_rest` the end is the duration, whatever blocks do.
+    # Without `until_rest` the run ends at its duration, whether blocks are at rest or not.
     simulation = model.build(threads=1)
     simulation.run(0.2, quiet=True)
     assert simulation.summary["stages"][-1]["verdict"] == "fails"

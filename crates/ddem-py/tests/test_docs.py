@@ -1,4 +1,4 @@
-"""The documentation that ships with the module: its examples run, and everything has some."""
+"""Documentation of the module: its examples run, and every public name is documented."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def examples() -> list[doctest.DocTest]:
     found = {test.name: test for test in finder.find(ddem, "ddem", extraglobs={"ddem": ddem})}
     for name in ddem.__all__:
         item = getattr(ddem, name)
-        # What is compiled does not say from which module it is: all of it is looked at.
+        # Compiled items do not record their module, so all of them are examined.
         items = {f"ddem.{name}": item}
         if inspect.isclass(item):
             members = [member for member in dir(item) if not member.startswith("_")]
@@ -36,7 +36,7 @@ def examples() -> list[doctest.DocTest]:
 
 
 class Checker(doctest.OutputChecker):
-    """Where an example shows no output, such as that of a picture, none is compared."""
+    """Compares no output if an example shows none, for example for a picture."""
 
     def check_output(self, want: str, got: str, optionflags: int) -> bool:
         return not want or super().check_output(want, got, optionflags)
@@ -58,7 +58,9 @@ def test_examples(test: doctest.DocTest, tmp_path: Path, monkeypatch: Any) -> No
 
 
 def recorded(folder: Path) -> ddem.Simulation:
-    """What examples of pictures and probes call `sim` and `results/beam-crack`."""
+    """The simulation and results that examples of pictures and probes call `sim` and
+    `results/beam-crack`.
+    """
     model = breaking()
     model.probe("line", quantity="reaction", z=0.0)
     simulation = model.build()

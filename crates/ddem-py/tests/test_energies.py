@@ -1,4 +1,4 @@
-"""Energies balance, whatever a program does to a simulation."""
+"""Energies balance after any change that a program makes to a simulation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from small import ROCK, column
 
 
 def driven(damping: float | None = None) -> ddem.Simulation:
-    """A column in the middle of a motion that a support drives."""
+    """A column in motion, driven by a support."""
     model = column(kinematics="small")
     model.fix("x", z=2.0, velocity=(1.0, 0, 0))
     simulation = model.build()
@@ -19,7 +19,7 @@ def driven(damping: float | None = None) -> ddem.Simulation:
 
 
 def off(simulation: ddem.Simulation) -> float:
-    """The imbalance, against the strain energy."""
+    """The imbalance relative to the strain energy."""
     energy = simulation.energy
     return abs(energy["balance"]) / (energy["strain_bodies"] + energy["strain_joints"])
 

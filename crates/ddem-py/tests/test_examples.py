@@ -1,4 +1,4 @@
-"""The examples, the notebook, and all blocks of Python in the documentation run as for a user."""
+"""The examples, the notebook and all Python blocks in the documentation run as for a user."""
 
 import os
 import re
@@ -16,7 +16,7 @@ pytest.importorskip("pyvista")
 
 
 def run(script, folder, *arguments):
-    """Runs a script in a folder and gives what it prints."""
+    """Runs a script in a folder and returns its output."""
     command = [sys.executable, str(script), *arguments]
     environment = {**os.environ, "MPLBACKEND": "Agg"}
     done = subprocess.run(
@@ -39,7 +39,7 @@ def test_beam(tmp_path):
 
 @pytest.mark.parametrize("name", ["sweep", "coupling"])
 def test_others(name, tmp_path):
-    # Both compare themselves with what is known, and fail where it is missed.
+    # Both scripts compare their results with known values and fail if they differ.
     run(EXAMPLES / f"{name}.py", tmp_path, str(tmp_path))
     assert is_picture(tmp_path / f"{name}.png")
 

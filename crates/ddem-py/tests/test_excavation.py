@@ -1,4 +1,4 @@
-"""Stress at the start, and blocks that are taken out: a column whose upper half goes."""
+"""Initial stress and excavation: a column whose upper half is removed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Exceptions: which there are, what they carry, and copies of them."""
+"""Exceptions: their classes, their attributes and copies of them."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_runs_that_diverge(how: str, tmp_path: Path) -> None:
         assert (tmp_path / "out" / "blocks.vtkhdf").is_file()
         return
     assert simulation.steps == error.step
-    # The state that may be set may be mended.
+    # A state that can be set can be corrected.
     simulation.displacement = np.zeros((54, 3))
     simulation.velocity = np.zeros((54, 3))
     simulation.step(3)

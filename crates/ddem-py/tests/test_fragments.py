@@ -1,4 +1,4 @@
-"""Fragments and peaks: a cube that is pulled apart."""
+"""Fragments and peaks of a cube that is pulled apart."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_a_cube_falls_in_two(tmp_path: Path) -> None:
     assert np.array_equal(simulation.field("fragment"), expected)
     assert simulation.summary["fragments"]["number"] == 2
     assert simulation.summary["fragments"]["largest_volume"] == pytest.approx(18.0)
-    # The files say the same.
+    # The files contain the same.
     assert np.array_equal(ddem.read_fragments(tmp_path / "whole"), fragments)
     assert np.array_equal(ddem.read_fragments(tmp_path / "whole", "pull"), fragments)
     with pytest.raises(ValueError, match="stage: 'pulls' .* did you mean 'pull'"):
@@ -81,7 +81,7 @@ def test_peaks_grow_and_are_saved(tmp_path: Path) -> None:
         assert np.array_equal(getattr(whole, name), getattr(again, name)), name
     assert (whole.peak_velocity >= before).all() and (whole.peak_velocity > before).any()
     assert (whole.peak_tension > 0).all()
-    # They are of all velocities at mid-step, and those now lie between two of these.
+    # Peaks use velocities at mid-step; the present velocities lie between two of these.
     assert (np.linalg.norm(whole.velocity, axis=1) <= 1.05 * whole.peak_velocity + 1e-9).all()
 
 

@@ -1,4 +1,4 @@
-"""Functions as histories: when they are asked, what they give and what they raise."""
+"""Functions as histories: times of their calls, their values and their exceptions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from small import column, cube, run_python, same, same_state
 
 
 def table(time: float) -> float:
-    """The linear ramp that the core computes, in its own order of operations."""
+    """The linear ramp that the core computes, in the core's order of operations."""
     return time / 1e-3 if time < 1e-3 else 1.0
 
 
@@ -102,7 +102,7 @@ def test_a_function_is_given_again(tmp_path: Path) -> None:
 
 
 class Wrong(Exception):
-    """What a history raises."""
+    """Exception of a history."""
 
 
 @pytest.mark.parametrize("how", ["run", "step", "relax"])
@@ -172,7 +172,7 @@ def test_a_function_must_give_numbers(value: Any) -> None:
 
 
 def test_a_function_may_use_another_simulation() -> None:
-    # One thread for both: the one that computes is the one that asks.
+    # One thread for both: the thread that computes also calls the history.
     script = """
 import ddem
 from small import cube

@@ -1,4 +1,4 @@
-"""Ctrl-C stops long calls at once, and they may go on after it."""
+"""Ctrl-C stops long calls at once, and they can be continued."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from small import (
     same_state,
 )
 
-#: A call ends within 0.1 s of Ctrl-C; on a machine that does much else it may take longer [s].
+#: A call ends within 0.1 s of Ctrl-C; on a busy machine it may take longer [s].
 AT_ONCE = 1.0
 
 
 @contextmanager
 def interrupted(after: float = 0.15) -> Iterator[list[float]]:
-    """Ctrl-C after a while; says when."""
+    """Sends Ctrl-C after a while and records the time."""
     at: list[float] = []
 
     def interrupt() -> None:
@@ -143,7 +143,7 @@ def test_a_deck_goes_on_after_ctrl_c(tmp_path: Path) -> None:
     assert same_state(simulation, reference)
     assert_same_results(out, whole)
     for name in reference.probes:
-        # From where it went on, or all of it: never something else.
+        # The history starts at the resumed step or at the beginning, and its values are equal.
         tail = simulation.probes[name]
         assert len(tail) > 0
         assert tail.tobytes() == reference.probes[name][-len(tail) :].tobytes()
@@ -188,7 +188,7 @@ except KeyboardInterrupt:
 
 @pytest.mark.parametrize("how", ["start", "critical_step", "relax", "run"])
 def test_ctrl_c_before_the_first_step(how: str) -> None:
-    """On a large model the search for the critical step and for the masses takes seconds."""
+    """In a large model the search for the critical step and for the masses takes seconds."""
     model = column(divisions=20)
     calls: dict[str, Callable[[ddem.Simulation], Any]] = {
         "start": lambda simulation: simulation.start(),
@@ -200,7 +200,7 @@ def test_ctrl_c_before_the_first_step(how: str) -> None:
     before = simulation.displacement
     with interrupted(0.01) as at, pytest.raises(KeyboardInterrupt):
         while True:
-            # It may have been found in time.
+            # The search may have ended before the interrupt.
             calls[how](simulation)
             simulation = model.build(threads=1)
     assert time.perf_counter() - at[0] < AT_ONCE
@@ -237,7 +237,7 @@ def test_ctrl_c_in_an_argument_is_not_lost(call: Callable[[Any], Any]) -> None:
 
 
 def test_ctrl_c_comes_before_any_error() -> None:
-    """A loop over models that forgives errors can be stopped."""
+    """A loop over models that ignores errors can be stopped."""
 
     def late(time: float) -> float:
         if time > 1e-4:
@@ -259,6 +259,6 @@ def test_ctrl_c_outlives_a_bar_that_fails(monkeypatch: Any) -> None:
 
     monkeypatch.setattr(ddem._progress.Bar, "close", close)
     simulation = long()
-    # Before there is any progress: to show some a bar closes the one before it.
+    # Interrupts before the first progress: a new progress bar closes the one before it.
     with interrupted(0.05), pytest.raises(KeyboardInterrupt):
         simulation.run(ENDLESS)

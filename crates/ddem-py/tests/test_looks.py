@@ -1,4 +1,4 @@
-"""Runs that are looked at on the way, and ended by what is seen."""
+"""Callbacks during runs, and runs that end by a condition."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_looking_changes_no_bit(tmp_path: Path) -> None:
 def test_looks_come_as_often_as_samples_of_a_probe() -> None:
     simulation, times = probed(), []
     simulation.run(DURATION, callback=lambda s: times.append(s.time), every=1e-4, quiet=True)
-    # A probe has one more, at the start.
+    # A probe has one more sample, at the start.
     assert times == simulation.probes["fine"]["time"][1:].tolist()
     assert times[-1] == simulation.time
 
@@ -80,7 +80,7 @@ def test_until_ends_the_run_as_its_duration_would(tmp_path: Path) -> None:
     simulation.run(1.0, until=until, every=1e-4, record=tmp_path, frames=3, quiet=True)
     assert simulation.displacement[:, 2].max() > 2e-5
     assert looks[-1] == simulation.time < 0.01
-    # All that is due at an end is there, once.
+    # The files have all data due at the end, once.
     results = ddem.Results(tmp_path)
     for last in (results.energy.time, results.probes["fine"].time, results.probes["top"].time):
         assert last[-1] == simulation.time and (np.diff(last) > 0).all()
@@ -88,7 +88,7 @@ def test_until_ends_the_run_as_its_duration_would(tmp_path: Path) -> None:
     pytest.importorskip("pyvista")
     assert results.times[-1] == simulation.time
     assert np.array_equal(results[-1].displacement, simulation.displacement)
-    # And it goes on.
+    # The simulation can continue.
     other = probed()
     other.run(1.0, until=lambda s: s.time >= simulation.time, every=1e-4, quiet=True)
     assert same_state(simulation, other)
@@ -126,7 +126,7 @@ def test_what_a_function_raises_comes_out(
     assert caught.value is error
     assert 2e-4 < simulation.time < 1e-3
     moves(simulation)
-    # The folder is complete and goes on, too.
+    # The folder is complete, and its run can continue.
     simulation.run(1e-4, record=tmp_path, quiet=True)
     assert ddem.Results(tmp_path).times[-1] == simulation.time
     assert ddem.load(tmp_path).time == simulation.time
@@ -170,7 +170,7 @@ def test_what_moves_is_refused_on_the_way() -> None:
 
 
 def test_forces_and_checkpoints_on_the_way(tmp_path: Path) -> None:
-    """A spring that a program adds, step by step and in a run."""
+    """A spring that the program adds, step by step and in a run."""
     looped, looked = (column().build() for _ in range(2))
     top = looped.nodes(z=2.0)
 
@@ -190,7 +190,7 @@ def test_forces_and_checkpoints_on_the_way(tmp_path: Path) -> None:
     simulation.run(
         1e-3, every=4e-4, until=lambda s: s.save(saved) or s.time > 5e-4, time_step=1e-5, quiet=True
     )
-    # It was saved in the middle of its last step, and goes on from there.
+    # The state was saved in the middle of its last step, and continues from there.
     loaded = ddem.load(saved)
     assert loaded.steps == simulation.steps
     assert same(loaded.displacement, simulation.displacement)
@@ -255,7 +255,7 @@ def test_stages_that_wait_are_said_once() -> None:
     (said,) = messages(lambda: simulation.run(1e-4, quiet=True))
     assert said.endswith("[waiting-stages]") and 'run(..., name="push")' in said
     assert messages(lambda: simulation.run(1e-4, quiet=True)) == []
-    # Nothing waits any more, and nothing was ever said of a run with a name.
+    # No stage is waiting any more, and a named run never warns.
     named = staged().build()
     assert messages(lambda: named.run(1e-4, name="settle", quiet=True)) == []
     named.enter("push")

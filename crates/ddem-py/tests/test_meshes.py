@@ -1,4 +1,4 @@
-"""Blocks given as hexahedra of another program."""
+"""Blocks given as hexahedra from another program."""
 
 import copy
 

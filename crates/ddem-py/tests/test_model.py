@@ -1,4 +1,4 @@
-"""Models: what Python writes is a deck, and back."""
+"""Models: conversion between Python and decks."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def full() -> ddem.Model:
 
 
 def rounds(model: ddem.Model, folder: Path) -> None:
-    """There and back by a text, a file and a dictionary."""
+    """Writes a model as text, file and dictionary, and reads it back."""
     path = folder / "deck.toml"
     text = model.to_deck(path)
     assert path.read_text() == text
@@ -105,7 +105,7 @@ def test_every_section_is_written_and_read_again(tmp_path: Path) -> None:
     model = full()
     rounds(model, tmp_path)
     sections = set(ddem.schema()["properties"])
-    # This one is read but refused when built.
+    # This is the only section that the full model lacks.
     assert sections - set(model.deck) == {"refine"}
     assert model.build().n_blocks == 4 + 1
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from nasty import nasty
 from small import ROCK, SEAM, column, run_python
 
-# --- what a call takes, right but for some of it ---
+# --- arguments of a call, correct except for some ---
 
 WHERE: dict[str, Any] = {
     "x": 0.0,
@@ -134,7 +134,7 @@ SIMULATION: dict[str, dict[str, Any]] = {
 
 @st.composite
 def arguments(draw: st.DrawFn, known: dict[str, Any]) -> dict[str, Any]:
-    """Some of the arguments, some of them nasty."""
+    """Some of the known arguments, some of them nasty."""
     keys = draw(st.lists(st.sampled_from(sorted(known)), unique=True, max_size=len(known)))
     keys = [key for key in known if key in keys or draw(st.booleans())]
     bad = set(draw(st.lists(st.sampled_from(sorted(known)), min_size=1, max_size=2)))
@@ -164,7 +164,7 @@ def arguments(draw: st.DrawFn, known: dict[str, Any]) -> dict[str, Any]:
     ],
 )
 def test_rows_without_end(value: str) -> None:
-    # In an interpreter of its own, with little memory: this could be its end.
+    # Runs in another interpreter with little memory, because this can crash it.
     script = f"""
 import resource
 resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
@@ -230,7 +230,7 @@ def simulations() -> dict[str, ddem.Simulation]:
 
 
 def sound(simulations: dict[str, ddem.Simulation]) -> ddem.Simulation:
-    """One that can move."""
+    """A simulation that can still move."""
     simulation = simulations.get("it")
     if simulation is None or not np.isfinite(simulation.force).all() or simulation.steps > 10**5:
         simulation = simulations["it"] = BREAKING.build(threads=1)

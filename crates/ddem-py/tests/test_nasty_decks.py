@@ -14,7 +14,7 @@ from small import ROCK, SEAM, breaking
 
 @st.composite
 def decks(draw: st.DrawFn) -> dict[str, Any]:
-    """A deck with nasty numbers where numbers are; sizes stay small or are far too large."""
+    """A deck with nasty numbers in place of numbers; sizes stay small or are far too large."""
     deck = full_deck()
     places: list[tuple[Any, Any]] = []
 

@@ -1,4 +1,4 @@
-"""Where things are, in the field's words: the same keys as in a deck."""
+"""Selections by place in field terms: the same keys as in a deck."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def test_joints_by_their_dip() -> None:
     model.assign(joint=weak, dip=90, dip_direction=180)
     model.fix("xyz", side="z-")
     assert model.deck["assign"][0]["where"] == {"dip": 90.0, "dip_direction": 180.0}
-    # 3 planes across y, of 16 faces with 4 pairs.
+    # 3 planes across y, each with 16 faces of 4 pairs.
     broken = np.isfinite(model.build().pairs["failure_time"])
     assert len(broken) == 3 * 48 * 4 and not broken.any()
     message = refused(lambda: model.build().nodes(dip=90), ddem.ModelError)
@@ -96,7 +96,7 @@ def test_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     found = simulation.nodes(above={"topography": tmp_path / "ground.csv"})
     assert np.array_equal(found, above)
 
-    # A checkpoint does not need the file; a deck is read from anywhere.
+    # A checkpoint does not need the file, and a deck can be read from any folder.
     simulation.save(tmp_path / "saved.h5")
     (tmp_path / "deck").mkdir()
     os.rename(tmp_path / "pit.stl", tmp_path / "deck" / "pit.stl")

@@ -1,4 +1,4 @@
-"""Other processes, forked or new, simulate too."""
+"""Simulations in other processes, forked or new."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from small import breaking
 
 
 def simulated(threads: int | None) -> bytes:
-    """What another process finds."""
+    """Displacements from another process."""
     simulation = breaking().build(threads=threads)
     simulation.run(5e-4, quiet=True)
     return simulation.displacement.tobytes()
@@ -45,7 +45,7 @@ def test_a_forked_process_runs_too() -> None:
     finally:
         for child in children:
             child.kill()
-    # The parent is none the worse.
+    # The parent process still works.
     simulation.step(5)
     assert simulated(None) == found[0]
 

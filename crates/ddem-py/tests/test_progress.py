@@ -1,4 +1,4 @@
-"""Long calls show their progress, in a terminal and unless told not to."""
+"""Long calls show their progress in a terminal, unless this is switched off."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folders of results: what is written, what is added, and what stays."""
+"""Folders of results: files that are written, extended and kept."""
 
 from __future__ import annotations
 
@@ -80,7 +80,9 @@ def test_a_file_that_is_gone_stops_nothing(tmp_path: Path) -> None:
 
 
 def files(folder: Path) -> dict[str, bytes]:
-    """The bytes of the results in a folder; `ddem.json` is written anew where they are moved."""
+    """The bytes of the results in a folder, without `ddem.json`, which is rewritten when they are
+    moved.
+    """
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "ddem.json"}
 
 
@@ -272,7 +274,7 @@ def test_two_simulations_do_not_share_a_folder(tmp_path: Path) -> None:
             late.run(1e-4, frames=2, record=out, quiet=True)
         assert late.steps == steps
     assert same(ddem.Results(out).times, times)
-    # A new simulation begins anew, and the one before it is not continued there.
+    # A new simulation starts new results, and the previous one cannot continue there.
     column().build().run(1e-4, frames=2, record=out, quiet=True)
     assert same(ddem.Results(tmp_path / "out.1").times, times)
     with pytest.raises(FileExistsError):

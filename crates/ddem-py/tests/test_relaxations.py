@@ -1,4 +1,4 @@
-"""What a relaxation asks of the supports and loads in force, and which stage a call begins."""
+"""Supports and loads that a relaxation needs, and the stage that a call begins."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from small import ROCK, SEAM, column, cube, staged
 
 
 def warned(call: object) -> list[str]:
-    """What a call warns of."""
+    """The warnings of a call."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         call()  # type: ignore[operator]
@@ -49,7 +49,7 @@ def test_a_name_begins_the_stage_that_has_it() -> None:
     by_hand.enter("push")
     by_hand.run(2e-3, damping=0.02, quiet=True)
     assert np.array_equal(by_name.displacement, by_hand.displacement)
-    # Again it is not begun again: the load is past its ramp.
+    # The second run does not begin the stage again: the load is past its ramp.
     by_name.run(1e-4, name="push", quiet=True)
     by_hand.run(1e-4, quiet=True)
     assert np.array_equal(by_name.displacement, by_hand.displacement)
@@ -94,5 +94,5 @@ def test_a_collapse_says_what_was_reached() -> None:
     ((name, block, distance, direction),) = caught.value.moving
     assert (name, block) == ("all", 1) and distance > 1e-6
     assert direction == pytest.approx((0, 0, 1), abs=1e-2)
-    # What has failed is a result, too.
+    # A failed relaxation is a result, too.
     assert model.build().relax(on_failure="continue", quiet=True) > 0

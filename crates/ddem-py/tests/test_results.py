@@ -1,4 +1,4 @@
-"""Folders of results, read in Python, are what was written and what the simulation has."""
+"""Folders of results, read in Python, equal the written files and the simulation."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ pytest.importorskip("pyvista")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A run of two stages with joints and probes, by way of its deck."""
+    """Results of a deck of two stages with joints and probes."""
     out = tmp_path_factory.mktemp("results") / "staged"
     ddem.run_deck(staged(), out=out, quiet=True)
     return out
@@ -33,14 +33,14 @@ def frames_of(folder: Path) -> list[list[str]]:
 def test_frames_have_their_stage_step_and_time(folder: Path) -> None:
     results = ddem.Results(folder)
     assert len(results) == 1 + 1 + 5
-    # The first frame is the start; a relaxation takes no time, and its frame has none of its own.
+    # The first frame is the start. A relaxation takes no time, so its frame has the same time.
     assert results.stages.tolist() == ["settle"] * 2 + ["push"] * 5
     assert results.times[:2].tolist() == [0.0, 0.0] and results.times[-1] == 2e-3
     assert np.allclose(np.diff(results.times[1:]), 4e-4, atol=3e-5)
     assert results.steps[0] == 0 and (np.diff(results.steps) > 0).all()
     steps = [stage["steps"] for stage in results.summary["stages"]]
     assert results.steps[1] == steps[0] and results.steps[-1] == sum(steps)
-    # The times of the files for ParaView must grow.
+    # The times in the files for ParaView must increase.
     with h5py.File(folder / "blocks.vtkhdf") as file:
         shown = file["VTKHDF/Steps/Values"][:]
     assert (np.diff(shown) > 0).all()
@@ -89,7 +89,7 @@ def test_the_last_frame_is_the_simulation(tmp_path: Path) -> None:
     for name in ("point", "traction", "slip", "opening", "state", "open", "joint"):
         assert np.array_equal(frame.pairs[name], simulation.pairs[name]), name
     assert (frame.state > 0).any()
-    # What the caller gets is the caller's.
+    # Returned arrays are copies that belong to the caller.
     frame.displacement[:] = 7.0
     assert frame.displacement.max() < 1.0
     for part in ("blocks", "joints", "contacts"):
@@ -158,7 +158,7 @@ def test_tables_become_data_frames(folder: Path) -> None:
     assert isinstance(frame, pandas.DataFrame) and len(frame) == len(pairs)
     assert np.array_equal(frame["traction.y"], pairs.traction[:, 1])
     assert np.array_equal(frame["opening"], pairs.opening)
-    # As pandas reads the file itself.
+    # The same as pandas reads from the file.
     assert results.energy.to_pandas().equals(pandas.read_csv(folder / "energy.csv"))
     fragments = pandas.read_csv(folder / "fragments.csv").iloc[-1:]
     own = results.fragments().to_pandas()
@@ -229,7 +229,7 @@ def test_a_run_that_goes_on_can_be_read(tmp_path: Path) -> None:
 
 
 def test_plain_pyvista_shows_the_time_steps(folder: Path) -> None:
-    """As the documentation says."""
+    """PyVista reads the time steps as documented."""
     import pyvista as pv
 
     results = ddem.Results(folder)

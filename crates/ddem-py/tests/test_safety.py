@@ -10,7 +10,7 @@ ROCK = ddem.Material(density=2400, young=18e9, poisson=0.25)
 
 
 def slope(friction: float) -> ddem.Model:
-    """A block on a plane of 30 degrees, gravity turned instead."""
+    """A block on a plane of 30 degrees, by inclined gravity."""
     gravity = (9.81 * math.sin(math.pi / 6), 0, -9.81 * math.cos(math.pi / 6))
     model = ddem.Model(gravity=gravity)
     seam = ddem.Joint(normal_stiffness=1e10, shear_stiffness=1e10, friction=friction, name="seam")
@@ -46,7 +46,8 @@ def test_a_model_that_does_not_stand_has_a_factor_below_1(friction: float) -> No
 
 
 def test_a_model_on_the_limit_has_an_end() -> None:
-    # Neither at rest nor failing: the first relaxation must not take all steps of a trial.
+    # The slope neither comes to rest nor fails; its first relaxation must not use all steps of a
+    # trial.
     found = ddem.factor_of_safety(slope(30.0), bracket=(0.9, 1.2), max_steps=5000)
     assert found.factor == pytest.approx(1.0, rel=5e-3)
     assert max(steps for _, _, steps in found.trials) <= 5000

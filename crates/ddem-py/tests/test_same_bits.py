@@ -39,8 +39,8 @@ def test_a_run_is_its_steps() -> None:
     assert run.steps == steps.steps == 200
     assert same(run.displacement, steps.displacement)
     assert same(run.velocity, steps.velocity)
-    # A run ends with velocities of the present time, plain steps half a step before it.
-    # So is its kinetic energy, to the order of the step.
+    # A run ends with velocities of the present time, plain steps with velocities half a step
+    # earlier. The kinetic energies therefore agree to the order of the step.
     assert run.energy["kinetic"] == pytest.approx(steps.energy["kinetic"], rel=1e-4)
     rest = [{**energy, "kinetic": 0.0} for energy in (run.energy, steps.energy)]
     assert rest[0] == pytest.approx(rest[1], rel=1e-12, abs=1e-12)
@@ -64,7 +64,7 @@ def test_a_deck_gives_the_bits_of_the_command_line(tmp_path: Path) -> None:
     run_command(deck, tmp_path / "command")
     simulation = ddem.run_deck(deck, out=tmp_path / "python", quiet=True)
     assert_same_results(tmp_path / "command", tmp_path / "python")
-    # What comes back is at the end of the last stage; so is the checkpoint.
+    # The returned simulation and the checkpoint are at the end of the last stage.
     assert simulation.time == pytest.approx(2e-3)
     assert same_state(simulation, ddem.load(tmp_path / "command" / "checkpoint.h5"))
     with h5py.File(tmp_path / "python" / "blocks.vtkhdf") as file:

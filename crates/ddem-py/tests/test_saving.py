@@ -1,4 +1,4 @@
-"""Simulations that are saved go on as if they had not been."""
+"""Saved and loaded simulations continue like the originals."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_forces_survive_a_file(tmp_path: Path) -> None:
 
 
 def test_h5py_in_the_same_process(tmp_path: Path) -> None:
-    # Both have an HDF5 of their own, and may take turns with one file.
+    # Both modules have their own HDF5 library and may use one file in turns.
     script = f"""
 import pathlib
 folder = pathlib.Path({str(tmp_path)!r})

@@ -1,4 +1,4 @@
-"""Simulations: states and forces that are set, steps, runs and stages."""
+"""Simulations: setting states and forces; steps, runs and stages."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_a_force_accelerates() -> None:
     simulation.run(1e-3, quiet=True)
     assert np.allclose(simulation.velocity, [3e-3, 0, -1e-3])
     energy = simulation.energy
-    # Central differences hold half of the product of the velocities half a step before and after.
+    # Central differences use half of the product of the velocities half a step before and after.
     part = 1 - 1 / (2 * simulation.steps) ** 2
     assert energy["external_work"] == pytest.approx(0.5 * 2400 * 10e-6 * part, rel=1e-9)
     assert abs(energy["balance"]) < 1e-9 * energy["external_work"]

@@ -1,4 +1,4 @@
-"""The stub has every key, word and name that there is."""
+"""The stub contains all keys, words and names."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STUB = Path(inspect.getfile(ddem)).with_name("_ddem.pyi")
 
 
 def stub_class(name: str) -> ast.ClassDef:
-    """A class of the stub, or of the types beside it."""
+    """A class of the stub, or of the types module beside it."""
     trees = [ast.parse(path.read_text()) for path in (STUB, STUB.with_name("_types.py"))]
     nodes = [node for tree in trees for node in tree.body]
     found = [node for node in nodes if isinstance(node, ast.ClassDef) and node.name == name]
@@ -22,7 +22,7 @@ def stub_class(name: str) -> ast.ClassDef:
 
 
 def typed_dict(name: str) -> set[str]:
-    """Keys of one of the stub's dictionaries, with those of the one it extends."""
+    """Keys of one of the stub's dictionaries, including inherited ones."""
     node = stub_class(name)
     keys = {n.target.id for n in node.body if isinstance(n, ast.AnnAssign)}
     for base in node.bases:
@@ -32,7 +32,7 @@ def typed_dict(name: str) -> set[str]:
 
 
 def keywords(name: str, method: str) -> set[str]:
-    """Names of the arguments that the stub gives a method."""
+    """Names of the arguments of a method in the stub."""
     functions = [n for n in stub_class(name).body if isinstance(n, ast.FunctionDef)]
     found = [f for f in functions if f.name == method]
     assert found, f"the stub has no {name}.{method}"
@@ -46,7 +46,7 @@ def keywords(name: str, method: str) -> set[str]:
 
 
 def keys_of(definition: str) -> set[str]:
-    """Keys of a table of the deck as Python writes them."""
+    """Keys of a table of the deck in Python notation."""
     keys = set(ddem.schema()["$defs"][definition]["properties"])
     if "where" in keys:
         where = set(ddem.schema()["$defs"]["Where"]["properties"])

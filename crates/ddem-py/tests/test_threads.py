@@ -1,4 +1,4 @@
-"""Long calls leave other threads their interpreter, and a simulation to one thread."""
+"""Long calls release the interpreter for other threads; only one thread may use a simulation."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from small import ENDLESS, breaking, column, long, moves, run_python, same_state
 
 @contextmanager
 def elsewhere(call: Callable[[], Any]) -> Iterator[threading.Thread]:
-    """A call in another thread, from when it has begun to when it has ended."""
+    """A call in another thread, from its start to its end."""
     thread = threading.Thread(target=call)
     thread.start()
     yield thread
@@ -52,13 +52,13 @@ def test_other_threads_go_on(how: str) -> None:
         calls[how]()
         seconds = time.perf_counter() - start
         over.set()
-    # The cores are shared with the run, but not the interpreter.
+    # The run shares the cores with the other thread, but not the interpreter.
     assert counts[0] > 0.05 * alone * seconds
     assert seconds > 0.01, "too short to tell"
 
 
 def uses(simulation: ddem.Simulation, folder: Path) -> dict[str, Callable[[], Any]]:
-    """Every way to use a simulation."""
+    """All uses of a simulation."""
     zeros = np.zeros((simulation.n_nodes, 3))
     all_: dict[str, Callable[[], Any]] = {
         "relax": lambda: simulation.relax(quiet=True),
@@ -121,7 +121,7 @@ def test_a_simulation_is_used_by_one_thread_at_a_time(tmp_path: Path) -> None:
 
 
 def test_simulations_of_two_threads_do_not_wait_for_each_other() -> None:
-    # In turn, on one thread each: neither may be held up until the other has ended.
+    # Both run in turns on one thread each, and neither may wait for the end of the other.
     one, other = (column(divisions=6).build(threads=1) for _ in range(2))
     stop = threading.Event()
 
@@ -168,7 +168,7 @@ def test_many_threads_with_simulations_of_their_own() -> None:
 
 
 def test_threads_share_a_model() -> None:
-    # The interpreter must not be waited for with the model locked.
+    # A call must not wait for the interpreter while it holds the lock of the model.
     script = """
 import sys, threading, ddem
 sys.setswitchinterval(1e-6)
@@ -193,7 +193,7 @@ def test_blocks_keep_their_material_whoever_adds_others() -> None:
     model = ddem.Model()
 
     class Adding:
-        """A number whose conversion adds blocks of something else."""
+        """A number whose conversion adds blocks of another material."""
 
         def __float__(self) -> float:
             other = ddem.Material(density=1000, young=1e9, poisson=0.2)

@@ -1,4 +1,4 @@
-"""What is said about arrays and numbers that simulations cannot take."""
+"""Messages about arrays and numbers that simulations cannot take."""
 
 from __future__ import annotations
 

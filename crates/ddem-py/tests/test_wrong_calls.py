@@ -1,4 +1,4 @@
-"""What is said about arguments of stages, and about those of a wrong type."""
+"""Messages about arguments of stages, and about arguments of a wrong type."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said about files and folders that are not what they should be."""
+"""Messages about wrong files and folders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is said about models that cannot be, and where."""
+"""Messages about impossible models, with the line of the script."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HERE = Path(__file__).name
 
 
 def line() -> int:
-    """Line of the caller."""
+    """Line number of the caller."""
     frame = inspect.currentframe()
     assert frame is not None and frame.f_back is not None
     return frame.f_back.f_lineno
@@ -99,7 +99,7 @@ def test_a_part_must_be_named() -> None:
     assert "`x`" in message and "`where`" not in message
 
 
-# --- the whole ---
+# --- the whole model ---
 
 
 def test_build_says_where_the_script_is_wrong() -> None:

@@ -1,4 +1,4 @@
-//! Random small decks: each runs, or says why it cannot.
+//! Random small decks: each runs or is refused with a reason.
 
 use ddem_core::{Energy, RunError, Simd, Simulation};
 use ddem_deck::*;
@@ -29,8 +29,8 @@ fn joint(random: &mut Random) -> Joint {
     }
 }
 
-/// One to four lattices on top of each other, with gaps, touching or a little into each other's
-/// joints, and some loose blocks.
+/// One to four lattices on top of each other and some loose blocks. The lattices have gaps, touch,
+/// or penetrate each other's joints slightly.
 fn random_deck(seed: u64) -> Deck {
     let mut random = Random::new(1000 + seed);
     let random = &mut random;
@@ -91,7 +91,8 @@ fn random_deck(seed: u64) -> Deck {
     deck
 }
 
-/// 200 steps, and the last 100 of them again from what was saved, looked at at every step.
+/// Runs 200 steps, and the last 100 of them again from a saved state with energies evaluated at
+/// every step.
 fn run(deck: &Deck, simulation: &mut Simulation, damping: Damping) -> Result<(), RunError> {
     simulation.start(damping, TimeStep::Auto, None)?;
     (0..100).try_for_each(|_| simulation.step())?;
@@ -107,7 +108,7 @@ fn run(deck: &Deck, simulation: &mut Simulation, damping: Damping) -> Result<(),
     Ok(())
 }
 
-/// What energies are off by, as a part of the largest of them.
+/// Energy balance as a fraction of the largest energy.
 fn imbalance(energy: &Energy, first: &Energy) -> f64 {
     let strain = energy.strain_joints + energy.strain_bodies;
     let lost = energy.friction.abs() + energy.damping.abs();

@@ -1,8 +1,8 @@
-//! Who may import whom, and what core does without.
+//! Import rules of the modules, and features that the method must not use.
 
 use std::path::{Path, PathBuf};
 
-/// Rows from the top to the bottom: each uses lower rows only.
+/// Rows of modules from top to bottom; each row uses lower rows only.
 const ROWS: [&[&str]; 10] = [
     &["run"],
     &["output"],
@@ -15,13 +15,13 @@ const ROWS: [&[&str]; 10] = [
     &["element", "law", "rigid", "collide"],
     &["math"],
 ];
-/// Below all rows.
+/// Modules below all rows.
 const LOWEST: [&str; 1] = ["error"];
-/// Names of the lowest row at the top of the crate.
+/// Names of the lowest row that the top of the crate re-exports.
 const RE_EXPORTED: [&str; 5] =
     ["Fault", "ModelError", "MovingBlock", "RunError", "debug_as_display"];
 
-/// Crates of the method, and the row that the files of one that is a row begin with.
+/// Crates of the method, each with the row prefix of its files if the whole crate is one row.
 const CRATES: [(&str, &str); 4] =
     [("ddem-core", ""), ("ddem-joint", "joint/"), ("ddem-mesh", "mesh/"), ("ddem-mechanics", "")];
 
@@ -29,7 +29,7 @@ fn src(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name).join("src")
 }
 
-/// Path below `src` and text of every source file of the method but tests.
+/// Path below `src` and text of each source file of the method, without `tests.rs`.
 pub(crate) fn sources() -> Vec<(String, String)> {
     let mut folders: Vec<_> =
         CRATES.iter().map(|&(name, row)| (src(name), src(name), row)).collect();
@@ -63,7 +63,7 @@ fn row(module: &str) -> Option<usize> {
     row.or_else(|| lowest.then_some(ROWS.len()))
 }
 
-/// Modules that a line of a module names. Inside of crates that are a row these are its own.
+/// Modules that a line names. Inside crates that are rows, `crate::` names their own modules.
 fn named<'a>(module: &str, line: &'a str) -> impl Iterator<Item = &'a str> {
     let own = if ["joint", "mesh"].contains(&module) { None } else { Some("crate::") };
     let rows = [("ddem_joint", "joint"), ("ddem_mesh", "mesh")];
@@ -119,7 +119,7 @@ fn name(text: &str) -> &str {
     &text[..end.unwrap_or(text.len())]
 }
 
-/// Type that a line begins to implement methods or a trait of.
+/// Type whose `impl` block begins on this line.
 fn implemented(line: &str) -> Option<&str> {
     let mut rest = line.strip_prefix("impl")?;
     let mut depth = 0;
@@ -148,7 +148,7 @@ fn types_of_impl_blocks_are_found() {
     assert_eq!(item("    pub(in crate::run) const fn at("), "fn at(");
 }
 
-/// Methods of a type are in its own row.
+/// Methods of a type are in the row of the type.
 #[test]
 fn no_impl_is_in_another_row() {
     let sources = sources();
@@ -187,13 +187,14 @@ fn every_module_is_there() {
     }
 }
 
-/// Lattices are made in `mesh/`. Above, blocks have a `Topology`, edges, faces and
-/// neighbours beyond these, so that blocks of other shapes need no other code there.
+/// Only `mesh/` makes lattices. Above it, blocks have a `Topology`, edges, faces and neighbours
+/// across these, so other block shapes need no other code there.
 #[test]
 fn nothing_above_the_mesh_knows_lattices() {
-    // Strips and corners lie between blocks that meet at edges: joints of lattices, the fast case.
+    // Strips and corners lie between blocks that share edges. They occur in lattices only, the fast
+    // case.
     let strips = ["step/preconditioner/coupling.rs", "model/boundary/beside.rs"];
-    // Re-exports, and the builder that makes lattices of one block.
+    // Re-exports, and the builder that makes a lattice for each single block.
     let builders = ["model/problem.rs", "model/problem/builder.rs", "step/tests.rs"];
     let above = &ROWS[..ROWS.iter().position(|row| row.contains(&"mesh")).unwrap_or(0)];
     let is_above = |file: &str| above.concat().contains(&file.split('/').next().unwrap_or(file));
@@ -245,7 +246,7 @@ fn core_does_without() {
     }
 }
 
-/// Threads would choose the order of such a sum.
+/// Such a sum would depend on the order of the threads.
 #[test]
 fn no_float_is_summed_in_the_order_of_threads() {
     for (file, text) in sources() {
@@ -294,7 +295,7 @@ fn functions_are_short() {
     }
 }
 
-/// Parameters of a function, from its first line on.
+/// Parameters of the function that begins here.
 fn parameters(text: &str) -> &str {
     let Some(open) = text.find('(') else { return "" };
     let mut depth = 0;

@@ -1,4 +1,4 @@
-//! Problems from arrays: the same answers as those of decks, and faults of meshes.
+//! Problems from arrays: same results as from decks, and errors in meshes.
 
 use std::sync::Arc;
 
@@ -12,7 +12,7 @@ use ddem_deck::{BlockMesh, BlockSet, Deck, Fix, Joint, JointChoice, MeshJoint, W
 
 use crate::decks::*;
 
-/// Blocks in a row along x as grids of hexahedra, with numbers of nodes and hexahedra in disorder.
+/// Row of blocks along x, each a grid of hexahedra; nodes and hexahedra are numbered out of order.
 fn row(blocks: usize, divisions: usize, axes: [[f64; 3]; 3]) -> HexMesh {
     let n = divisions + 1;
     let mut mesh = HexMesh::default();
@@ -26,7 +26,7 @@ fn row(blocks: usize, divisions: usize, axes: [[f64; 3]; 3]) -> HexMesh {
             ];
             [0, 1, 2].map(|c| (0..3).map(|d| along[d] * axes[d][c]).sum::<f64>())
         };
-        // Numbers run backwards, z fastest.
+        // Node numbers run backwards, z fastest.
         let number =
             |i: usize, j: usize, k: usize| first + (n * n * n - 1 - (k + n * (j + n * i))) as u32;
         let mut nodes = vec![[0.0; 3]; n * n * n];
@@ -74,12 +74,12 @@ fn section(cohesion: f64) -> JointProperties {
     }
 }
 
-/// Nodes of a mesh at a place.
+/// Nodes of a mesh that satisfy a condition.
 fn at(mesh: &HexMesh, found: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
     (0..mesh.nodes.len() as u32).filter(|&node| found(&mesh.nodes[node as usize])).collect()
 }
 
-/// Faces of hexahedra at the ends of two blocks of a row.
+/// Hexahedron faces of two neighbouring blocks at their common plane x.
 fn faces(mesh: &HexMesh, x: f64, block: u32) -> [[u32; 4]; 2] {
     [block, block + 1].map(|block| {
         let hexes = mesh.hexes.iter().zip(&mesh.blocks).filter(|(_, of)| **of == block);
@@ -91,7 +91,7 @@ fn faces(mesh: &HexMesh, x: f64, block: u32) -> [[u32; 4]; 2] {
     })
 }
 
-/// Two blocks that a joint holds, pulled at one end: as the deck with two sets.
+/// Two jointed blocks, pulled at one end, move as the same two sets of a deck.
 #[test]
 fn blocks_from_arrays_move_as_those_of_a_deck() {
     let mesh = row(2, 2, UPRIGHT);
@@ -148,7 +148,7 @@ fn blocks_from_arrays_move_as_those_of_a_deck() {
     assert!(most > 1e-4, "{most}");
 }
 
-/// A row of blocks of any shape rests under its weight: the reaction is the weight.
+/// Blocks of any shape in a row rest under gravity; the reaction is their weight.
 #[test]
 fn the_supports_bear_the_weight_of_blocks_from_arrays() {
     for axes in [UPRIGHT, OBLIQUE] {
@@ -183,7 +183,8 @@ fn is_corner(mesh: &HexMesh, node: u32, axes: [[f64; 3]; 3]) -> bool {
     along.iter().all(|x| (x - x.round()).abs() < 1e-9)
 }
 
-/// A set that is given as a mesh, joined by the joint of the set or by pairs of faces, as sets of one block each.
+/// A mesh set, joined by the joint of the set or by pairs of faces, gives the same results as sets
+/// of one block each.
 #[test]
 fn sets_given_as_meshes_are_those_of_single_blocks() {
     let mesh = row(3, 2, UPRIGHT);
@@ -307,7 +308,7 @@ fn faces_that_no_joint_can_join_are_named() {
     hard.fix(&middle, [true; 3]).unwrap().in_force = StageRange::ALWAYS;
     let error = hard.build().map(|_| ()).unwrap_err();
     assert_eq!(error, BuildError::InRigid { node: middle[0], block: 0 });
-    // Selections of decks work on them.
+    // Deck selections also work on meshes.
     let (problem, _) = builder.build().unwrap();
     let model = Model::new(Arc::new(problem));
     let end = Where { x: Some(ddem_deck::Extent::Plane(3.0)), ..Where::default() };

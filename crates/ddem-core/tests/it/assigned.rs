@@ -11,7 +11,7 @@ fn dynamic(name: &str) -> Stage {
     Stage { kind: StageKind::Dynamic, duration: Some(1.0), ..relax_stage(name) }
 }
 
-/// Springs with friction alone.
+/// Springs with friction only.
 fn dry(friction: f64) -> Joint {
     Joint {
         normal_stiffness: Some(1e9),
@@ -21,8 +21,8 @@ fn dry(friction: f64) -> Joint {
     }
 }
 
-/// A slab on a bed at 20 degrees that holds at 40 degrees of friction, then slides at 10, and is braked
-/// at 40 again; of one set, or of two whose faces do not match.
+/// Slab on a bed inclined at 20 degrees. It holds at a friction angle of 40 degrees, slides at 10
+/// and is braked at 40 again. Slab and bed are one set, or two sets with a nonconforming joint.
 fn slab(sets: bool, body: Body) -> Deck {
     let mut deck = deck([1, 1, if sets { 1 } else { 2 }], [2.0, 2.0, 1.0], 1, 0.0);
     deck.joints = [("seam".to_owned(), dry(40.0)), ("wet".to_owned(), dry(10.0))].into();
@@ -37,7 +37,7 @@ fn slab(sets: bool, body: Body) -> Deck {
     let level = if sets { 0.0 } else { 0.5 };
     deck.fix.push(fix(Where { z: Some(Extent::Range(bed)), ..Where::default() }, "xyz"));
     if body == Body::Deformable {
-        // The slab's own lower nodes are not held.
+        // The selection excludes the slab's lower nodes.
         let [low, high] = bed;
         deck.fix[0].region.z = Some(Extent::Range([low, high - 0.1]));
     }
@@ -61,7 +61,7 @@ fn relax(simulation: &mut Simulation) {
     panic!("no equilibrium");
 }
 
-/// Mean velocity along x of the upper face, after a time.
+/// Mean velocity of the upper face along x after a time.
 fn after(simulation: &mut Simulation, time: f64) -> f64 {
     let steps = (time / simulation.time_step()).round() as u64;
     for _ in 0..steps {
@@ -80,8 +80,7 @@ fn start(simulation: &mut Simulation) {
     started.unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// v = g (sin β − cos β tan φ) t with the friction of each stage, whether the joint is still one or has
-/// become a contact.
+/// v = g (sin β − cos β tan φ) t with the friction of each stage, for joints and for contacts.
 #[test]
 fn a_slab_slides_with_the_friction_of_the_stage() {
     let angle = 20.0_f64.to_radians();
@@ -94,7 +93,7 @@ fn a_slab_slides_with_the_friction_of_the_stage() {
         simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
         start(&mut simulation);
         let fast = after(&mut simulation, 0.5);
-        // It begins with the way that the springs give.
+        // The elastic displacement of the springs comes first.
         let exact = 0.5 * pull(10.0);
         assert!((fast / exact - 1.0).abs() < 0.01, "{sets}: {fast} {exact}");
         simulation.enter(2).unwrap_or_else(|error| panic!("{error}"));
@@ -109,7 +108,7 @@ fn a_slab_slides_with_the_friction_of_the_stage() {
     }
 }
 
-/// From a state saved in any stage: the same bits.
+/// A run that resumes from a state saved in any stage gives the same bits.
 #[test]
 fn it_resumes() {
     for (sets, body) in [(false, Body::Deformable), (true, Body::Deformable), (true, Body::Rigid)] {
@@ -139,7 +138,7 @@ fn it_resumes() {
     }
 }
 
-/// A block hangs from a layer of rock until that has no strength any more; then it falls.
+/// A block hangs from a rock layer until the layer loses its strength; then the block falls.
 #[test]
 fn a_layer_that_loses_its_strength_fails() {
     let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.01);
@@ -157,7 +156,8 @@ fn a_layer_that_loses_its_strength_fails() {
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
     let started = simulation.start(Damping::None, TimeStep::Auto, Some(0.2));
     started.unwrap_or_else(|error| panic!("{error}"));
-    // Springs want shorter steps than the layer.
+    // The springs need shorter steps than the layer, so the number of steps is not known in
+    // advance.
     while simulation.time() < 0.2 - 1e-9 {
         simulation.step().unwrap_or_else(|error| panic!("{error}"));
     }
@@ -171,7 +171,7 @@ fn a_layer_that_loses_its_strength_fails() {
 const ROCK: Material = Material { density: 2000.0, young: 1e9, poisson: 0.0 };
 const SOAKED: Material = Material { density: 2500.0, young: 5e8, poisson: 0.0 };
 
-/// A column that is soaked in the second of three stages.
+/// Column that is soaked in the second of three stages.
 fn column() -> Deck {
     let mut deck = deck([1, 1, 1], [1.0, 1.0, 2.0], 4, 0.01);
     deck.materials.insert("rock".into(), ROCK);
@@ -185,14 +185,14 @@ fn column() -> Deck {
     deck
 }
 
-/// A column under its weight settles by ρ g H²/(2 E) of what it is made of in each stage, of which a program may
-/// skip some, and after a resume.
+/// A column settles under its weight by ρ g H²/(2 E) of its material in each stage. This also holds
+/// when the program skips stages and after a resume.
 #[test]
 fn a_column_settles_with_the_material_of_the_stage() {
     let deck = column();
     let mut simulation = simulation(&deck);
     let start = simulation.save();
-    // The saved state of the start goes back.
+    // Going back to an earlier stage uses the saved state of the start.
     let stages =
         [(0, ROCK), (1, SOAKED), (2, ROCK), (0, ROCK), (2, ROCK), (1, SOAKED), (1, SOAKED)];
     for (stage, of) in stages {
@@ -214,7 +214,8 @@ fn a_column_settles_with_the_material_of_the_stage() {
     }
 }
 
-/// What an excavation lets fade is what its blocks exerted, and not what a new material does elsewhere.
+/// A release fades only the forces of the excavated blocks, not the effect of a new material
+/// elsewhere.
 #[test]
 fn a_release_is_that_of_the_blocks() {
     let mut deck = column();
@@ -247,13 +248,13 @@ fn a_release_is_that_of_the_blocks() {
         let size = if x.z > 0.0 { force[2].abs() } else { 0.0 };
         *(if x.x < 2.0 { &mut soaked } else { &mut excavated }) += size;
     }
-    // The stress halves from ρ g (H − z), and the weight grows by a quarter.
+    // The stress is half of ρ g (H − z), and the weight grows by a quarter.
     let exact = 10.0 * (2000.0 * 0.5 + 500.0) * 2.0 * (1.0 - 0.125);
     assert!((soaked / exact - 1.0).abs() < 1e-6, "{soaked} {exact}");
     assert!(excavated < 1e-5 * exact, "{excavated}");
 }
 
-/// Blocks keep their velocities when their mass changes, those that turn as well.
+/// Translating and spinning blocks keep their velocities when their mass changes.
 #[test]
 fn what_moves_goes_on() {
     for body in [Body::Rigid, Body::Deformable] {
@@ -290,7 +291,7 @@ fn what_moves_goes_on() {
     }
 }
 
-/// Sets in contact only stay so, whatever joint is assigned everywhere from a later stage on.
+/// Sets without a joint stay in contact even if a later stage assigns a joint everywhere.
 #[test]
 fn contacts_become_no_joints() {
     let mut deck = slab(true, Body::Rigid);
@@ -325,7 +326,7 @@ fn mistakes_are_said() {
     refused(&ends, &["assign[0].joint", "cannot add or remove joints"]);
     let stays = wet(Joint { friction: None, ..dry(10.0) });
     refused(&stays, &["assign[0].joint", "never does"]);
-    // Others that change in the same stage have nothing to do with it.
+    // Other assignments of the same stage do not matter.
     let other = change(&|deck| {
         let (material, from) = (Some("clay".to_owned()), Some("slide".to_owned()));
         deck.assign.insert(0, Assign { material, from, ..Assign::default() });
@@ -334,7 +335,7 @@ fn mistakes_are_said() {
     refused(&other, &["assign[1].joint"]);
 }
 
-/// Laws are numbered in 16 bits; those between two joints need numbers, too.
+/// Laws are numbered in 16 bits, and the laws between two joints also need numbers.
 #[test]
 fn strengths_between_too_many_joints_are_refused() {
     let mut deck = slab(false, Body::Rigid);

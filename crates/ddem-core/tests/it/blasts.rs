@@ -1,4 +1,4 @@
-//! Blasts in free space: blocks of several sizes that break, fly apart and meet others.
+//! Blasts in free space: blocks of several sizes break, fly apart and collide.
 
 use ddem_core::Simulation;
 use ddem_deck::*;
@@ -11,7 +11,7 @@ fn within(from: [f64; 3], to: [f64; 3]) -> Where {
     Where { x, y, z, ..Where::default() }
 }
 
-/// Two cubes of 1.6 m beside each other, not in one line, with small blocks around a charge each.
+/// Two cubes of 1.6 m side by side but offset, each with small blocks around a charge.
 fn two_charges() -> Deck {
     let mut deck = deck([4; 3], [1.6; 3], 1, 0.004);
     deck.model.kinematics = Kinematics::Corotational;
@@ -24,7 +24,7 @@ fn two_charges() -> Deck {
     };
     deck.joints.insert("seam".into(), crack);
     let shift = [1.63, 0.3, 0.1];
-    // Another name for the same rock tells them apart.
+    // A second material name for the same rock tells the cubes apart.
     deck.materials.insert("other".into(), deck.materials["rock"]);
     let material = "other".into();
     deck.blocks.push(BlockSet { origin: shift, material, ..deck.blocks[0].clone() });
@@ -47,7 +47,7 @@ fn two_charges() -> Deck {
     deck
 }
 
-/// Momentum and its moment by the sum of what blocks have.
+/// Total momentum and angular momentum, relative to the sums of the sizes of their parts.
 fn left_over(simulation: &mut Simulation) -> [f64; 2] {
     let (sums, sizes) = momenta(simulation);
     [0, 1].map(|k| sums[k].norm() / sizes[k])
@@ -89,7 +89,7 @@ fn pieces_that_fly_apart_and_meet_keep_their_momentum() {
     assert!(energy.balance.abs() < 1e-2 * energy.external, "{energy:?}");
 }
 
-/// What gas does not push is said.
+/// Warnings name the faces and joints on which the gas does not act.
 #[test]
 fn charges_beside_faces_that_do_not_match() {
     let mut deck = two_charges();
@@ -99,13 +99,13 @@ fn charges_beside_faces_that_do_not_match() {
     deck.charge.truncate(1);
     let warnings = |deck: &Deck| crate::decks::warnings(deck).join("\n");
     assert_eq!(warnings(&deck), "");
-    // At the edge of the small blocks.
+    // The cell lies at the edge of the small blocks.
     let cell = within([0.6, 0.7, 0.7], [0.7, 0.9, 0.9]);
     deck.remove[0].region = cell;
     deck.charge[0].region = within([0.55, 0.65, 0.65], [0.75, 0.95, 0.95]);
     let said = warnings(&deck);
     assert!(said.contains("borders on blocks") && !said.contains("outside"), "{said}");
-    // In joints, of which some match.
+    // The charge lies in joints, some conforming and some not.
     deck.remove.clear();
     deck.charge[0].region = within([0.55, 0.71, 0.71], [0.75, 0.89, 0.89]);
     let said = warnings(&deck);

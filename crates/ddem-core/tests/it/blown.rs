@@ -1,4 +1,4 @@
-//! Charges that cannot be, and those in joints that have closed.
+//! Invalid charges, and charges in joints that have closed.
 
 use ddem_core::Simulation;
 use ddem_deck::*;
@@ -55,7 +55,7 @@ fn charges_that_cannot_be() {
     assert!(warnings.iter().any(|w| w.contains("open to the outside")), "{warnings:?}");
 }
 
-/// A gas that has no room, wherever its axes are; and one that would never expand.
+/// Gas without volume is refused for any axes, and so is gas that would never expand.
 #[test]
 fn gas_needs_room_and_a_history() {
     let mut deck = with_axes(deck([2, 2, 1], [2.0, 2.0, 1.0], 2, 0.0), BOX);
@@ -71,8 +71,8 @@ fn gas_needs_room_and_a_history() {
     refused(&Deck { charge: vec![constant], ..hole }, &["charge[0].gamma", "has no effect"]);
 }
 
-/// Explosive in a joint has the pressure of its detonation when it goes off, however much weight has
-/// closed the joint before.
+/// Explosive in a joint starts at its detonation pressure, however far the weight has closed the
+/// joint before.
 #[test]
 fn explosive_in_a_closed_joint_begins_with_its_own_pressure() {
     let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 1, 0.0);
@@ -85,7 +85,7 @@ fn explosive_in_a_closed_joint_begins_with_its_own_pressure() {
     let dynamic =
         |name: &str| Stage { kind: StageKind::Dynamic, duration: Some(1e-3), ..relax_stage(name) };
     deck.stage = vec![relax_stage("weight"), dynamic("blast")];
-    // 0.5 mm of closure, and as much explosive as fills 0.1 mm.
+    // The load closes the joint by 0.5 mm; the explosive fills 0.1 mm.
     deck.charge = vec![Charge {
         mass: Some(0.16),
         explosive: Some(Explosive::Named("tnt".into())),
@@ -115,7 +115,7 @@ fn explosive_in_a_closed_joint_begins_with_its_own_pressure() {
     assert!((now.pressure / exact - 1.0).abs() < 1e-9, "{now:?} {exact:e}");
 }
 
-/// A `where` that does not reach all walls of a hole is said.
+/// A warning counts the walls of a hole that `where` does not reach.
 #[test]
 fn walls_that_are_not_reached_are_counted() {
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
@@ -126,8 +126,8 @@ fn walls_that_are_not_reached_are_counted() {
     assert!(warnings.iter().any(|w| w.contains("pushes 2 of the 6 walls")), "{warnings:?}");
 }
 
-/// Gas that is much stiffer than the joint it is in: `p₀ (1 + x)^−γ = (E_j + E t/2L) x`, with x the opening
-/// by the thickness t and L the length of each block.
+/// Gas much stiffer than its joint: `p₀ (1 + x)^−γ = (E_j + E t/2L) x`. Here x is the opening
+/// divided by the thickness t, and L is the length of each block.
 #[test]
 fn a_joint_relaxes_under_gas_that_is_stiffer_than_it() {
     let t = 1e-3;
@@ -165,9 +165,9 @@ fn a_joint_relaxes_under_gas_that_is_stiffer_than_it() {
     }
 }
 
-/// A cavity that is narrower when its charge goes off: p = p_d (V_e/V)^γ of the room that is left, at most the
-/// pressure of detonation, and the work is at most p_d V_e/(γ − 1). A pressure that is given is that with which
-/// the gas begins. Steps are as short as stiffer gas needs.
+/// A cavity that has narrowed before its charge detonates: p = p_d (V_e/V)^γ with the remaining
+/// volume, at most the detonation pressure. The work is at most p_d V_e/(γ − 1). A given pressure
+/// is the pressure at which the gas starts. Time steps shorten as stiffer gas requires.
 #[test]
 fn a_hole_that_was_squeezed_does_no_more_than_its_explosive_can() {
     let numbers = Detonation { density: 1000.0, detonation_velocity: 4e3, gamma: 3.0 };
@@ -179,7 +179,8 @@ fn a_hole_that_was_squeezed_does_no_more_than_its_explosive_can() {
         explosive: Some(Explosive::Given(numbers)),
         ..Charge::default()
     };
-    // The six blocks around come in by a way, held by next to nothing.
+    // The six blocks around the cavity move inwards; springs of negligible stiffness join the
+    // blocks.
     let squeezed = |charge: &Charge, way: f64| {
         let mut deck = Deck { charge: vec![charge.clone()], ..hollow(BOX, &[[1.0; 3]], 0.0) };
         (deck.blocks[0].body, deck.blocks[0].divisions) = (Body::Rigid, 1);
@@ -226,7 +227,7 @@ fn a_hole_that_was_squeezed_does_no_more_than_its_explosive_can() {
     let (mut simulation, first) = go(0.2);
     assert!(simulation.time_step() < 0.5 * first, "{} {first}", simulation.time_step());
     assert!((state(&simulation, 0).began.unwrap_or(0.0) / volumes[2] - 1.0).abs() < 1e-9);
-    // Until the gas gets out.
+    // Continue until the gas vents.
     for _ in 0..200 {
         simulation.step().unwrap_or_else(|error| panic!("{error}"));
     }

@@ -1,4 +1,5 @@
-//! What bears a stress at the start: loads, rigid beds, other sets, and a gradient the weight.
+//! Supports of an initial stress: loads, rigid beds and other sets; and the gradient that carries
+//! the weight.
 
 use ddem_deck::*;
 use nalgebra::Rotation3;
@@ -6,7 +7,8 @@ use nalgebra::Rotation3;
 use crate::decks::*;
 use crate::in_situ::{STRESS, in_place, joint, loaded};
 
-/// What bears the stress comes at once, however many parts the loads are brought in.
+/// Loads that carry an initial stress act at once, also when the relaxation applies loads in
+/// increments.
 #[test]
 fn parts_of_loads_leave_the_stress_in_place() {
     let mut deck = loaded(0, BOX, STRESS);
@@ -25,8 +27,8 @@ fn parts_of_loads_leave_the_stress_in_place() {
     panic!("no equilibrium");
 }
 
-/// Rock under stress on a rigid bed: the joint between them bears all of it. And a free surface at
-/// which rounding is left of a gradient is no mistake.
+/// Stressed rock on a rigid bed: the joint between them carries all of the stress. A free surface
+/// where the gradient leaves only rounding error is not reported.
 #[test]
 fn a_rigid_bed_bears_the_stress_of_the_rock() {
     let mut deck = deck([2, 2, 3], [2.0, 2.0, 0.9], 2, 0.0);
@@ -59,7 +61,7 @@ fn a_rigid_bed_bears_the_stress_of_the_rock() {
     assert!(unbalanced < 1e-5, "{unbalanced:e}");
 }
 
-/// Four jointed sets around an edge: those on the diagonal touch at an edge alone, and that is nothing.
+/// Four jointed sets around an edge: sets on the diagonal touch at an edge only, which is no error.
 #[test]
 fn sets_around_an_edge_bear_a_stress() {
     let mut deck = deck([1, 1, 1], [1.0; 3], 2, 0.0);
@@ -74,7 +76,7 @@ fn sets_around_an_edge_bear_a_stress() {
     }
     let simulation = simulation(&deck);
     assert!(simulation.unbalanced() < 1e-6, "{:e}", simulation.unbalanced());
-    // One of them without a joint bears nothing.
+    // A set without a joint carries nothing.
     deck.blocks[3].joint = None;
     deck.model.contact = Some(true);
     let faults = deck.build().err().map(|error| error.faults).unwrap_or_default();
@@ -84,7 +86,7 @@ fn sets_around_an_edge_bear_a_stress() {
     );
 }
 
-/// A stress that does not bear the weight is said, and what would.
+/// A stress that does not carry the weight is reported, with the gradient that would.
 #[test]
 fn the_weight_wants_a_gradient() {
     let mut deck = loaded(2, BOX, [0.0; 6]);
@@ -108,8 +110,8 @@ fn the_weight_wants_a_gradient() {
     }
 }
 
-/// A uniform stress from one set to another that is turned about the normal of both: no node of the upper
-/// one is pushed, and none of the lower one that is covered all around.
+/// A uniform stress across the face between two sets, one turned about the common normal. No node
+/// of the upper set is loaded, and no node of the lower set whose surroundings are covered.
 #[test]
 fn it_crosses_faces_that_are_turned() {
     for degrees in [15.0_f64, 30.0, 45.0, 77.0] {
@@ -131,7 +133,8 @@ fn it_crosses_faces_that_are_turned() {
         let forces = simulation.forces();
         let (lower, mut seen) = (17_usize.pow(3), 0);
         for (node, (x, force)) in points(simulation.model()).iter().zip(&forces).enumerate() {
-            // As far as the four elements around are in the circle that the upper face has in any turn.
+            // Lower nodes count if the four elements around them lie inside the circle that the
+            // upper face covers at any rotation.
             let around = (x.x - 2.0).hypot(x.y - 2.0) + 0.25_f64.hypot(0.25);
             if node >= lower || (x.z == 1.0 && around < 0.75) {
                 let size = Vec3::from(*force).norm();

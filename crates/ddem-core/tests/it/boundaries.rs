@@ -1,4 +1,4 @@
-//! Non-reflecting boundaries: any orientation, energies, stages, what is saved, bad input.
+//! Non-reflecting boundaries: orientation, energies, stages, saved states and bad input.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -34,7 +34,7 @@ fn mechanical(simulation: &mut Simulation) -> f64 {
     energy.kinetic + energy.strain_bodies + energy.strain_joints
 }
 
-/// A pile whose outer faces are all viscous, and velocities that are not the same anywhere.
+/// Pile of blocks whose outer faces are all viscous.
 fn wrapped(axes: [[f64; 3]; 3]) -> Deck {
     let mut deck = with_axes(deck([3, 2, 2], [3.0, 2.0, 2.0], 2, 0.02), axes);
     deck.model.kinematics = Kinematics::Small;
@@ -71,14 +71,14 @@ fn dashpots_know_no_axes() {
     }
 }
 
-/// Dashpots alone bring everything to rest, rigid motions as well, at steps up to the critical one
-/// of the model without them; and what they take is all that is lost.
+/// Dashpots alone bring everything to rest, rigid motions included. Steps may be as long as the
+/// critical step of the model without dashpots. The dashpots take all the energy that is lost.
 #[test]
 fn all_energy_leaves_at_any_stable_step() {
     for (axes, split) in [(BOX, false), (OBLIQUE, false), (BOX, true)] {
         let mut wrapped = wrapped(axes);
         if split {
-            // Dashpots on both sides of joints between faces that do not match.
+            // Dashpots act on both sides of nonconforming joints.
             let region = Where { x: Some(Extent::Range([0.0, 1.0])), ..Where::default() };
             wrapped.refine = vec![Refine { region, factor: 2 }];
         }
@@ -91,7 +91,7 @@ fn all_energy_leaves_at_any_stable_step() {
         let first = mechanical(&mut simulation);
         let mut last = f64::INFINITY;
         for _ in 0..20 {
-            // Which are half as long where blocks are split.
+            // The steps are half as long where blocks are split.
             steps(&mut simulation, if split { 80 } else { 40 });
             let now = mechanical(&mut simulation);
             assert!(now < last, "{now} after {last} J");
@@ -104,7 +104,7 @@ fn all_energy_leaves_at_any_stable_step() {
     }
 }
 
-/// Rock under its weight that stands on fixed faces, which become boundaries.
+/// Rock under its weight on fixed faces that later become boundaries.
 fn standing() -> Deck {
     let mut deck = with_axes(deck([3, 2, 3], [3.0, 2.0, 3.0], 2, 0.02), LEANING);
     deck.blocks[0].axes = BOX;
@@ -146,7 +146,7 @@ fn what_a_fix_bore_goes_on_where_a_boundary_begins() {
     for (a, b) in simulation.displacements().iter().zip(&before) {
         assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-8 * size), "{a:?} {b:?}");
     }
-    // Without the fix that bore it, the weight moves the model.
+    // Without the supports that carried it, the weight moves the model.
     let mut loose = standing();
     loose.stage[0] = Stage { name: "weight".into(), ..loose.stage[1].clone() };
     let mut simulation = crate::decks::simulation(&loose);
@@ -165,7 +165,7 @@ fn a_boundary_holds_nothing_in_a_relaxation() {
     assert!(text.contains("rigid body") && text.contains("holds nothing at rest"), "{text}");
 }
 
-/// Standing rock, with a wave from below.
+/// Standing rock with a wave from below.
 fn shaken() -> Deck {
     let mut deck = standing();
     deck.boundary[0].velocity = Some([0.1, 0.05, 0.02]);
@@ -173,7 +173,7 @@ fn shaken() -> Deck {
     deck
 }
 
-/// Everything that can be seen, as bits.
+/// Displacements, velocities and energies as bits.
 fn seen(simulation: &mut Simulation) -> Vec<u64> {
     let mut seen = bits(&simulation.displacements());
     seen.extend(bits(&simulation.velocities()));
@@ -196,7 +196,7 @@ fn a_shaken_model_goes_on_from_any_step() {
         let mut rebuilt = again(&whole.save());
         for at in 0..60 {
             if at == 30 {
-                // Also when another stage begins in the middle of it.
+                // Includes a stage that begins in the middle of the wave.
                 for simulation in [&mut whole, &mut rebuilt] {
                     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
                     start(simulation, damping, TimeStep::Auto);
@@ -210,7 +210,7 @@ fn a_shaken_model_goes_on_from_any_step() {
         assert!(seen(&mut whole) == seen(&mut rebuilt), "{damping:?}");
         withstands_damage(&deck, &whole.save(), 50);
         let energy = whole.energy();
-        // Finite rotations are followed to the order of the time step.
+        // Finite rotations are accurate to the order of the time step.
         assert!(energy.balance.abs() < 1e-7 * energy.external.abs(), "{damping:?}: {energy:?}");
     }
 }
@@ -238,7 +238,7 @@ fn threads_and_instruction_sets_change_no_bit() {
     }
 }
 
-/// Largest difference of velocities on one level, and largest velocity.
+/// Largest velocity difference on one level, and largest velocity.
 fn unevenness(simulation: &mut Simulation) -> [f64; 2] {
     let velocities = simulation.velocities();
     let mut levels: BTreeMap<u64, usize> = BTreeMap::new();
@@ -251,8 +251,7 @@ fn unevenness(simulation: &mut Simulation) -> [f64; 2] {
     [most, largest(&velocities)]
 }
 
-/// Rock and joints that are the same all along a level move as one column: to rounding, whatever
-/// the wave.
+/// Rock and joints that are uniform along each level move as one column, to rounding, for any wave.
 #[test]
 fn a_free_field_is_level_ground() {
     let name = |name: &str| Some(name.to_owned());
@@ -276,12 +275,13 @@ fn a_free_field_is_level_ground() {
         let [far_x, far_y] = [0, 1].map(|axis| side(axis, f64::from(count[axis])));
         let base = Boundary { velocity, history, ..viscous(plane(2, 0.0)) };
         deck.boundary = vec![base, side(0, 0.0), far_x, side(1, 0.0), far_y];
-        // Upright joints are not viscous, as blocks are.
+        // Stiffness damping acts on blocks but not on upright joints, so only the case without them
+        // has it.
         let third = if level == "springs" { Damping::Stiffness(2e-5) } else { Damping::None };
         for damping in [Damping::None, Damping::Mass(100.0), third] {
             let mut simulation = simulation(&deck);
             start(&mut simulation, damping, TimeStep::Auto);
-            // While the wave is there.
+            // The wave is still in the model.
             steps(&mut simulation, 40);
             let [most, size] = unevenness(&mut simulation);
             assert!(most < 1e-11 * size, "{level}, {damping:?}: {most} of {size}");
@@ -293,7 +293,7 @@ fn a_free_field_is_level_ground() {
 fn boundaries_that_cannot_be() {
     let plain = deck([2, 2, 2], [2.0, 2.0, 2.0], 2, 0.02);
     let with = |boundary: Boundary| Deck { boundary: vec![boundary], ..plain.clone() };
-    // Inside of the model, at a joint, and where nothing is.
+    // Inside the model, at a joint, and where there is nothing.
     for at in [0.01 + 0.49, 0.99, 1.0] {
         refused(&with(viscous(plane(0, at))), &["boundary[0].where", "no outer face"]);
     }
@@ -302,7 +302,7 @@ fn boundaries_that_cannot_be() {
     let mut held = with(viscous(plane(0, 0.0)));
     held.fix = vec![fix(plane(1, 0.0), "xyz"), fix(plane(0, 0.0), "xyz")];
     refused(&held, &["boundary[0]", "by fix[1]", "in all directions", "until"]);
-    // An edge that is held is none of its business, whole faces are.
+    // No warning for a fixed edge, but one for whole fixed faces.
     held.fix = vec![fix(plane(1, 0.0), "xyz")];
     let said = |deck: &Deck| {
         let warnings = crate::decks::warnings(deck);
@@ -328,7 +328,8 @@ fn boundaries_that_cannot_be() {
     let mut rigid = with(viscous(plane(0, 0.0)));
     rigid.blocks[0].body = Body::Rigid;
     refused(&rigid, &["rigid blocks"]);
-    // Two on one face, unless at other times or on other parts of it.
+    // Two boundaries on one face are refused unless they act at other times or on other parts of
+    // it.
     let half = |from: f64, to: f64| Where { x: Some(Extent::Range([from, to])), ..plane(2, 0.0) };
     let mut two = with(viscous(half(0.0, 0.7)));
     two.boundary.push(viscous(half(0.7, 2.0)));

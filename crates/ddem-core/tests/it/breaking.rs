@@ -1,4 +1,4 @@
-//! §5: joints that fail, as a whole model shows it.
+//! §5: failing joints in whole models.
 
 use ddem_core::{Energy, FIELDS, FieldLocation, Simd, Simulation};
 use ddem_deck::{Assign, Damping, Deck, Extent, Fix, Joint, Load, TimeStep, Where};
@@ -6,7 +6,7 @@ use ddem_deck::{Assign, Damping, Deck, Extent, Fix, Joint, Load, TimeStep, Where
 use crate::decks::*;
 use crate::loose::momenta;
 
-/// A thick joint of clay (0), or springs with (1) or without (2) thickness.
+/// Thick clay joint (0), or springs with (1) or without (2) thickness.
 fn section(kind: usize) -> Joint {
     match kind {
         0 => Joint { thickness: 0.02, material: Some("clay".into()), ..Joint::default() },
@@ -52,7 +52,7 @@ fn steps(simulation: &mut Simulation, count: usize) {
     }
 }
 
-/// Eight blocks that turn and are pushed through each other: everything fails and slides.
+/// Eight blocks that rotate and are pushed through each other, so that every pair fails and slides.
 fn torn(joint: Joint) -> Simulation {
     let mut simulation = simulation(&with_seam(deck([2, 2, 2], [2.0; 3], 2, 0.02), joint));
     let (n, mut random) = (simulation.model().n_nodes(), Random::new(7));
@@ -65,7 +65,7 @@ fn torn(joint: Joint) -> Simulation {
         })
         .collect();
     simulation.set_velocities(&velocities);
-    // Short steps: at the longest one a thin joint opens and closes within a step or two.
+    // Short steps: at the longest one, a thin joint opens and closes within one or two steps.
     let step = TimeStep::Seconds(5e-6);
     simulation.start(Damping::None, step, None).unwrap_or_else(|error| panic!("{error}"));
     simulation
@@ -97,7 +97,7 @@ fn momentum_is_kept_while_everything_breaks_and_slides() {
     }
 }
 
-/// Where a pair stays bonded its traction is what it would be had nothing failed.
+/// The traction of a pair that stays bonded equals the traction of the same joint without failure.
 #[test]
 fn no_traction_jumps_at_a_pair_that_stays_bonded() {
     for kind in 0..3 {
@@ -126,7 +126,7 @@ fn no_traction_jumps_at_a_pair_that_stays_bonded() {
     }
 }
 
-/// A column of two blocks, pulled apart or pushed sideways by a lid that is driven.
+/// Column of two blocks, pulled apart or sheared by its driven top.
 fn driven(joint: Joint, velocity: [f64; 3], load: f64) -> Simulation {
     let mut deck = with_seam(deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.02), joint);
     deck.fix.push(fix(plane(2, 0.0), "xyz"));
@@ -186,7 +186,7 @@ fn threads_and_instruction_sets_change_no_bit_of_what_breaks() {
     }
 }
 
-/// Oblique axes, where the gap is not along the normal, and bodies that do not fill their packs.
+/// Oblique axes, where the gap is not along the normal, and blocks that do not fill their packs.
 #[test]
 fn momentum_is_kept_in_oblique_lattices() {
     for kind in 0..3 {
@@ -207,7 +207,7 @@ fn momentum_is_kept_in_oblique_lattices() {
     }
 }
 
-/// Joints of several kinds side by side in one pack: each fails by its own strength, or not at all.
+/// Joints of several kinds in one pack: each fails at its own strength or never.
 #[test]
 fn joints_of_one_pack_fail_each_by_its_own_strength() {
     let mut deck = deck([4, 1, 2], [4.0, 1.0, 2.0], 2, 0.02);
@@ -222,7 +222,7 @@ fn joints_of_one_pack_fail_each_by_its_own_strength() {
     ] {
         deck.joints.insert(name.into(), joint);
     }
-    // Columns that do not feel each other, pulled at both ends.
+    // Columns that do not affect each other, pulled at both ends.
     for (column, name) in names.into_iter().enumerate() {
         let x = Some(Extent::Range([column as f64, column as f64 + 1.0]));
         let region = Where { x, z: Some(Extent::Plane(1.0)), ..Where::default() };
@@ -261,7 +261,7 @@ fn joints_of_one_pack_fail_each_by_its_own_strength() {
     assert_eq!(seen, 4);
 }
 
-/// Relaxation knows nothing of strengths until something fails.
+/// Strengths have no effect on a relaxation until a pair fails.
 #[test]
 fn strength_far_above_the_load_changes_no_bit_of_a_relaxation() {
     for kind in 0..3 {
@@ -278,7 +278,7 @@ fn strength_far_above_the_load_changes_no_bit_of_a_relaxation() {
     }
 }
 
-/// What is shown as failed has failed, even when the stage ends there.
+/// Pairs shown as failed stay failed, even if the stage ends there.
 #[test]
 fn what_fails_at_the_end_of_a_stage_stays_failed() {
     let mut simulation = driven(weak(section(0)), [0.0, 0.0, 0.01], 0.0);
@@ -294,7 +294,7 @@ fn what_fails_at_the_end_of_a_stage_stays_failed() {
     assert_eq!(pair_field(&mut simulation, "state"), shown);
 }
 
-/// A joint that breaks all at once, summed up from the columns.
+/// A joint that breaks all at once: the energy columns add up.
 #[test]
 fn energies_add_up_when_everything_breaks_at_once() {
     for kind in 0..3 {
@@ -304,7 +304,7 @@ fn energies_add_up_when_everything_breaks_at_once() {
             let held = e.kinetic + e.strain_bodies + e.strain_joints;
             held + e.friction + e.fracture + e.damping - e.external
         };
-        // The lid that is driven at once is not part of it.
+        // The first step, which sets the top in motion at once, is excluded.
         steps(&mut simulation, 1);
         let first = sum(&simulation.energy());
         let (mut worst, mut exchange) = (0.0_f64, 0.0_f64);
@@ -319,7 +319,7 @@ fn energies_add_up_when_everything_breaks_at_once() {
     }
 }
 
-/// An automatic step that is shortened after the duration that was started has ended.
+/// An automatic step that becomes shorter after the end of the started duration.
 #[test]
 fn what_fails_beyond_the_end_of_a_duration_goes_on() {
     let mut simulation = driven(weak(section(1)), [0.0, 0.0, 1e-3], 0.0);
@@ -341,7 +341,7 @@ fn what_fails_beyond_the_end_of_a_duration_goes_on() {
     assert!(simulation.time() > time && simulation.energy().kinetic.is_finite());
 }
 
-/// A duration of whole safe steps, whose sum is a little longer than they are.
+/// The sum of whole safe steps, as duration, exceeds the product by rounding.
 #[test]
 fn a_duration_of_whole_steps_does_not_shorten_them() {
     for n in 590..610 {
@@ -358,7 +358,7 @@ fn a_duration_of_whole_steps_does_not_shorten_them() {
     }
 }
 
-/// Velocities that are set bring the ones before to the present time, and pairs fail there.
+/// Setting velocities first brings the old ones to the present time, and pairs fail there.
 #[test]
 fn steps_become_shorter_where_pairs_fail_between_them() {
     let mut simulation = driven(weak(section(1)), [0.0, 0.0, 1e-3], 0.0);
@@ -378,8 +378,8 @@ fn steps_become_shorter_where_pairs_fail_between_them() {
     assert!(simulation.time_step() <= safe && safe < first);
 }
 
-/// Blocks that move at the start of a stage may bring a shock to the joints, which a change of the step is too
-/// rough for.
+/// Blocks in motion at the start of a stage can shock the joints. A later change of the step would
+/// be too inaccurate, so the stage begins with the safe step.
 #[test]
 fn stages_that_begin_in_motion_have_the_safe_step() {
     for joint in [section(1), weak(section(1))] {
@@ -395,7 +395,7 @@ fn stages_that_begin_in_motion_have_the_safe_step() {
     }
 }
 
-/// Energies, tractions and slips are those of a step to come: asking for them takes none.
+/// Energies, tractions and slips describe a step to come; reading them takes no step.
 #[test]
 fn looking_at_what_breaks_changes_no_bit() {
     let run = |looks: bool| {
@@ -417,12 +417,12 @@ fn looking_at_what_breaks_changes_no_bit() {
     assert!(run(true) == plain);
 }
 
-/// Dilation lifts against the pressure: what that takes is booked when it is done.
+/// Dilation opens the joint against the pressure; its work is booked when it is done.
 #[test]
 fn energies_balance_while_a_joint_dilates() {
     for kind in 0..3 {
         let mut simulation = driven(weak(section(kind)), [0.02, 0.0, 0.0], 2e5);
-        // A step that does not change when the joint fails, and with it what energy is measured by.
+        // A constant step: joint failure would change it, and with it the measure of the energy.
         let safe = simulation.safe_step().unwrap_or_else(|error| panic!("{error}"));
         let begun = simulation.start(Damping::Ratio(0.01), TimeStep::Seconds(safe), None);
         begun.unwrap_or_else(|error| panic!("{error}"));

@@ -1,4 +1,4 @@
-//! Charges: closed surfaces, momentum, energies, where the gas gets out, what is saved, bad input.
+//! Charges: closed surfaces, momentum, energies, venting, saved states and bad input.
 
 use ddem_core::{ChargeState, Simd, Simulation};
 use ddem_deck::*;
@@ -18,7 +18,7 @@ fn more(simulation: &mut Simulation, steps: usize) {
     }
 }
 
-/// Momentum and angular momentum, each as a part of what blocks have that go opposite ways.
+/// Total momentum and angular momentum, relative to the sums of the sizes of their parts.
 fn left_over(simulation: &mut Simulation) -> [f64; 2] {
     let model = simulation.model();
     let (x, mass): (Vec<Vec3>, Vec<f64>) =
@@ -34,12 +34,12 @@ fn left_over(simulation: &mut Simulation) -> [f64; 2] {
 const SHAPES: [&[[f64; 3]]; 4] = [
     &[[1.0, 1.0, 1.0]],
     &[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0]],
-    // Around a corner, and around two with a block between two cells on a diagonal.
+    // Cells around a corner, and around two corners with a block between two diagonal cells.
     &[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [1.0, 2.0, 1.0]],
     &[[1.0, 1.0, 1.0], [2.0, 1.0, 1.0], [2.0, 2.0, 1.0], [2.0, 2.0, 2.0]],
 ];
 
-/// What is elsewhere, because blocks were split, is no cavity.
+/// A place without a block, because the blocks there were split, is no cavity.
 #[test]
 fn a_cavity_among_split_blocks_is_closed() {
     let mut deck = hollow(BOX, &[[1.75, 1.75, 1.75]], 0.1);
@@ -51,7 +51,7 @@ fn a_cavity_among_split_blocks_is_closed() {
     assert_eq!(model.n_blocks(), 56 + 63);
     assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     let mut simulation = Simulation::new(model);
-    // The cell and half of the joints around, edges and corners cut off.
+    // Volume of the cell and half of the joints around it, with edges and corners cut off.
     let exact =
         0.6_f64.powi(3) - 12.0 * 0.4 * 0.1_f64.powi(2) / 2.0 - 8.0 * 0.1_f64.powi(3) * 5.0 / 6.0;
     let start = state(&simulation, 0);
@@ -95,7 +95,7 @@ fn gas_in_a_closed_cavity_pushes_nothing_away_and_does_the_work_of_its_expansion
     }
 }
 
-/// A cube with its edges and corners cut.
+/// Volume of a cube whose edges and corners are cut off.
 #[test]
 fn the_volume_of_a_cavity_is_that_of_its_walls_and_what_joins_them() {
     let (t, body) = (0.1_f64, 0.9_f64);
@@ -104,7 +104,7 @@ fn the_volume_of_a_cavity_is_that_of_its_walls_and_what_joins_them() {
     deck.charge = vec![gas(ball([1.5; 3], 0.7), 1e6)];
     let volume = state(&simulation(&deck), 0).volume;
     assert!((volume / exact - 1.0).abs() < 1e-13, "{volume} {exact}");
-    // A slanted cell has the part of it that its edges span.
+    // In an oblique cell the volume is the one that its edges span.
     let mut deck = hollow(OBLIQUE, SHAPES[2], 0.1);
     deck.blocks[0].joint = Some(JointChoice::All("springs".into()));
     let stiff = Some(1e10);
@@ -117,7 +117,7 @@ fn the_volume_of_a_cavity_is_that_of_its_walls_and_what_joins_them() {
     assert!((volume / exact - 1.0).abs() < 1e-13, "{volume} {exact}");
 }
 
-/// `p_d = ρ D²/(2(γ + 1))`, and what is left of it in a larger hole.
+/// `p_d = ρ D²/(2(γ + 1))`, and the lower pressure in a larger hole.
 #[test]
 fn a_mass_has_the_pressure_of_its_explosive() {
     let numbers = Detonation { density: 1000.0, detonation_velocity: 4000.0, gamma: 3.0 };
@@ -142,7 +142,7 @@ fn a_mass_has_the_pressure_of_its_explosive() {
     }
 }
 
-/// Much gas in a thin joint is stiffer than the rock: automatic steps are as short as it needs.
+/// A large gas mass in a thin joint is stiffer than the rock; automatic steps shorten accordingly.
 #[test]
 fn steps_are_stable_for_stiff_gas() {
     let mut deck = deck([2, 2, 1], [2.0, 2.0, 1.0], 2, 0.02);
@@ -160,7 +160,7 @@ fn steps_are_stable_for_stiff_gas() {
     assert!(energy.external < 2.0 * all && energy.kinetic < 2.0 * all, "{energy:?} of {all}");
 }
 
-/// Where nothing is removed the joints are pushed open.
+/// Without a cavity the gas pushes the joints open.
 #[test]
 fn joints_are_pushed_apart() {
     for (axes, body) in [(BOX, Body::Deformable), (OBLIQUE, Body::Deformable), (BOX, Body::Rigid)] {
@@ -189,7 +189,7 @@ fn joints_are_pushed_apart() {
     }
 }
 
-/// A block that has gone farther than the cavity is wide has let the gas out; and it stays out.
+/// A wall block that has moved farther than the width of the cavity lets the gas vent, permanently.
 #[test]
 fn gas_gets_out_where_a_wall_has_gone() {
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
@@ -245,7 +245,7 @@ fn a_delay_counts_from_the_stage() {
     assert!(seen.iter().filter(|p| **p > 0.5).count() > 10);
 }
 
-/// A charge, one that begins later, and one whose gas gets out on the way.
+/// One charge that acts at once, and one with a delay; the gas of one vents during the run.
 fn busy() -> Deck {
     let mut deck = hollow(BOX, SHAPES[1], 0.1);
     let history = History::Duvall(Duvall { alpha: 2e3, beta: 2e4 });
@@ -273,7 +273,7 @@ fn a_blast_goes_on_from_any_step() {
     whole
         .start(Damping::Local(0.1), TimeStep::Auto, None)
         .unwrap_or_else(|error| panic!("{error}"));
-    // The gas of the first charge is out.
+    // The gas of the first charge has vented.
     let mut moved = whole.displacements();
     let nodes = ball([3.5, 1.5, 1.5], 0.85).nodes(whole.model()).unwrap();
     nodes.iter().for_each(|node| moved[*node as usize] = [1.5, 0.0, 0.0]);
@@ -311,7 +311,7 @@ fn threads_and_instruction_sets_change_no_bit() {
     }
 }
 
-/// A relaxation under a pressure that follows the walls is in equilibrium with it.
+/// A relaxation reaches equilibrium with a pressure that follows the walls.
 #[test]
 fn a_cavity_relaxes_under_its_gas() {
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);

@@ -1,5 +1,4 @@
-//! Loose blocks that collide: what is kept, how far they reach into each other, and that nothing
-//! passes through.
+//! Collisions of loose blocks: conserved quantities, penetration, and no passing through.
 
 use ddem_core::{Energy, RunError, Simulation};
 use ddem_deck::{Damping, Deck, TimeStep};
@@ -38,26 +37,26 @@ fn swarm(seed: u64, kind: usize) -> Deck {
     of(&mass_properties(1e8), &pieces)
 }
 
-/// Kinetic energy and that in springs and elements.
+/// Kinetic energy plus the energy of springs and elements.
 fn held(energy: Energy) -> f64 {
     energy.kinetic + energy.strain_bodies + energy.strain_joints
 }
 
-/// What became of energies and momenta, relative to the start.
+/// Changes of energies and momenta, relative to the start.
 #[derive(Clone, Copy, Debug, Default)]
 struct Kept {
-    /// Most that mechanical energy was above its start, and the balance was off.
+    /// Largest growth of the mechanical energy, and largest error of the energy balance.
     grown: f64,
     balance: f64,
     /// Mechanical energy at the end.
     left: f64,
-    /// Change of momentum and of its moment.
+    /// Changes of momentum and angular momentum.
     momenta: [f64; 2],
-    /// Most that two blocks reached into each other `[m]`.
+    /// Largest penetration of two blocks `[m]`.
     deepest: f64,
 }
 
-/// Goes on for a time and looks at everything every few steps.
+/// Continues for a time and evaluates everything every few steps.
 fn followed(simulation: &mut Simulation, time: f64, every: usize) -> Kept {
     let (before, sizes) = momenta(simulation);
     let first = held(simulation.energy());
@@ -93,7 +92,7 @@ fn momenta_are_kept_and_energy_does_not_grow_in_collisions() {
     }
 }
 
-/// With short steps nothing at all is made or lost that is not booked.
+/// With short steps all gains and losses of energy are booked.
 #[test]
 fn energies_balance_in_throws_that_short_steps_resolve() {
     let mut random = Random::new(8);
@@ -114,7 +113,7 @@ fn energies_balance_in_throws_that_short_steps_resolve() {
     assert!(grown < 1e-5 && balance < 1e-5, "{grown} {balance}");
 }
 
-/// How a throw ended.
+/// Outcome of a throw.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum End {
     Back,
@@ -124,7 +123,8 @@ enum End {
     Diverged,
 }
 
-/// A small block thrown at the middle of a thin plate, at a part of the way that is allowed in a step.
+/// Small block thrown at the middle of a thin plate, at a fraction of the largest displacement per
+/// step.
 fn at_plate(random: &mut Random, part_of_limit: f64, kinds: [u32; 2], held: bool) -> (End, f64) {
     let thin = 0.1;
     let plate = Piece {
@@ -195,7 +195,7 @@ fn nothing_passes_through_a_thin_plate() {
             }
         }
     }
-    // Faster than is followed.
+    // Faster than the program can follow.
     for kinds in [[0, 0], [2, 2]] {
         for _ in 0..5 {
             assert_eq!(at_plate(&mut random, 1.1, kinds, true).0, End::TooFast, "{kinds:?}");
@@ -203,7 +203,7 @@ fn nothing_passes_through_a_thin_plate() {
     }
 }
 
-/// How fast a block may go does not depend on where it goes.
+/// The largest speed of a block does not depend on its direction.
 #[test]
 fn the_fastest_throw_that_is_followed_is_as_fast_in_every_direction() {
     let mut random = Random::new(6);
@@ -230,7 +230,7 @@ fn the_fastest_throw_that_is_followed_is_as_fast_in_every_direction() {
     }
 }
 
-/// Two blocks thrown at each other, in any position, and the line between them.
+/// Two blocks thrown at each other in random positions, and the line between them.
 fn throw(random: &mut Random, kinds: [u32; 2]) -> ([Piece; 2], Vec3) {
     let along = random.vector().normalize();
     let aside = random.vector() * 0.3;
@@ -245,7 +245,7 @@ fn throw(random: &mut Random, kinds: [u32; 2]) -> ([Piece; 2], Vec3) {
     (pieces, along)
 }
 
-/// They meet at corners, edges and faces.
+/// The blocks meet at corners, edges and faces.
 #[test]
 fn nothing_passes_through_in_throws_of_two() {
     let mut random = Random::new(8);
@@ -263,7 +263,8 @@ fn nothing_passes_through_in_throws_of_two() {
                 continue;
             }
             met += 1;
-            // They rebound, or turn past each other: not on the line through each other.
+            // The blocks rebound or turn past each other; they do not pass along the line through
+            // each other.
             let all = all_corners(&simulation);
             let apart = middle(&all[1]) - middle(&all[0]);
             let beside = (apart - along * along.dot(&apart)).norm();

@@ -1,9 +1,9 @@
-//! Rust 1.95 loses a number that is written into the copy of an array at an index that is known at run time only: the
-//! source does without.
+//! Rust 1.95 loses a number that is written into the copy of an array at an index known only at run
+//! time. The source must not do this.
 
 use crate::architecture::sources;
 
-/// Name of a variable that a line makes as a changeable copy of another.
+/// Name of a variable that a line declares as a mutable copy of another.
 fn copy(line: &str) -> Option<&str> {
     let (name, of) = line.trim().strip_prefix("let mut ")?.split_once(" = ")?;
     let of = of.strip_suffix(';')?.trim_start_matches('*');
@@ -11,7 +11,7 @@ fn copy(line: &str) -> Option<&str> {
     (plain(name) && plain(of)).then_some(name)
 }
 
-/// True where a line writes into an array at an index that has a name.
+/// True if a line writes into the array `name` at an index that is a variable.
 fn writes(line: &str, name: &str) -> bool {
     let rest = line.trim().strip_prefix(name).and_then(|rest| rest.strip_prefix('['));
     let Some((index, then)) = rest.and_then(|rest| rest.split_once("] ")) else { return false };

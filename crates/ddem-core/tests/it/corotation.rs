@@ -1,12 +1,13 @@
-//! §3: forces of finite rotations. The force of a block is the gradient of its energy; forces and
-//! moments add up to zero; rigid motions cost nothing; what the joints' frames cost.
+//! §3: forces under finite rotations. The force on a block is the gradient of its energy. Forces
+//! and moments balance, rigid motions cause no force, and the joint frames cause a small known
+//! error.
 
 use ddem_deck::Deck;
 use nalgebra::Matrix3;
 
 use crate::decks::*;
 
-/// `x = R (X + strain) + shift`, block by block with a rotation of `angle` more or less.
+/// `x = R (X + strain) + shift`, with an extra rotation of each block of the order of `angle`.
 fn motion(deck: &Deck, seed: u64, whole: f64, angle: f64, strain: f64) -> Vec<[f64; 3]> {
     let model = model(deck);
     let mut random = Random::new(seed);
@@ -30,8 +31,8 @@ fn motion(deck: &Deck, seed: u64, whole: f64, angle: f64, strain: f64) -> Vec<[f
     u
 }
 
-/// Largest difference between the force and the gradient of the energy, by differences of fourth
-/// order on some of the degrees of freedom; relative to the largest force.
+/// Largest difference between the force and the energy gradient, relative to the largest force. The
+/// gradient uses fourth-order differences at some of the degrees of freedom.
 fn gradient_error(deck: &Deck, u: &[[f64; 3]], step: f64, every: usize) -> f64 {
     let mut simulation = simulation(deck);
     let mut energy = |u: &[[f64; 3]]| {
@@ -82,9 +83,9 @@ fn force_of_a_block_is_the_gradient_of_its_energy() {
     assert!(worst[1] < 1e-15 && worst[2] < 1e-15, "sums: {worst:?}");
 }
 
-/// The moments as well, in the deformed position: to rounding as far as the mean of the blocks'
-/// rotations is a rotation to rounding, that is for turns of 0.02 against each other. Beyond, its
-/// two corrections leave an error of the eighth order.
+/// Moments balance too, in the deformed position. They balance to rounding for relative rotations
+/// of 0.02, where the mean of the blocks' rotations is a rotation to rounding. Beyond that, its two
+/// corrections leave an error of eighth order.
 #[test]
 fn forces_and_moments_of_jointed_blocks_add_up_to_zero() {
     for axes in [BOX, OBLIQUE] {
@@ -105,8 +106,8 @@ fn forces_and_moments_of_jointed_blocks_add_up_to_zero() {
     }
 }
 
-/// The frame of a joint turns with its blocks; what that does to the energy is taken as if the mean
-/// rotation turned by the mean of the turns. That misses a part of second order in the relative
+/// The frame of a joint turns with its blocks. Its effect on the energy is computed as if the mean
+/// rotation turned by the mean of the turns. This misses a part of second order in the relative
 /// rotation, relative to the force: 0.04 θ².
 #[test]
 fn joint_forces_miss_the_gradient_of_the_energy_by_second_order() {

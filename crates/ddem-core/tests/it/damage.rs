@@ -1,4 +1,4 @@
-//! Bytes that are not those that were saved: they are refused, or the simulation runs or stops. Nothing panics.
+//! Damaged saved states: they are refused, or the simulation runs or stops. Nothing panics.
 
 use ddem_core::{RestoreError, Saved, Simd, Simulation};
 use ddem_deck::{Deck, Kinematics, StageKind};
@@ -9,7 +9,7 @@ fn restore(deck: &Deck, bytes: Vec<u8>) -> Result<Simulation, RestoreError> {
     Simulation::restore(model(deck), Simd::default(), &Saved::from(bytes))
 }
 
-/// Cuts a saved state, adds to it and changes it in many places.
+/// Truncates a saved state, extends it and changes it in many places.
 pub(crate) fn withstands_damage(deck: &Deck, saved: &Saved, places: usize) {
     let whole = saved.bytes();
     let (n, mut random) = (whole.len(), Random::new(7));
@@ -48,15 +48,15 @@ pub(crate) fn withstands_damage(deck: &Deck, saved: &Saved, places: usize) {
     assert!(refused > 100, "{refused}");
 }
 
-/// A state of before must not be taken for one of now: where this fails a type in the state has other fields, so
-/// `FORMAT` must grow, and the length here be the new one.
+/// An old saved state must not be read as a new one. If this test fails, a type in the state has
+/// changed its fields: increase `FORMAT` and set the new length here.
 #[test]
 fn another_layout_of_the_state_has_another_format() {
     let start = simulation(&crate::mixture::mixture(Kinematics::Corotational)).save();
     assert_eq!((start.bytes()[0], start.bytes().len()), (3, 88_478));
 }
 
-/// Reasons are told apart, and say what to do.
+/// Errors distinguish the reasons and say what to do.
 #[test]
 fn states_of_others_are_refused_with_the_reason() {
     let deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 2, 0.01);

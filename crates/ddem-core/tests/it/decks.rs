@@ -11,7 +11,7 @@ pub(crate) type Vec3 = Vector3<f64>;
 pub(crate) const BOX: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 pub(crate) const OBLIQUE: [[f64; 3]; 3] = [[1.0, 0.1, 0.0], [0.3, 1.0, -0.2], [0.25, 0.2, 1.0]];
 
-/// Oblique, but for the planes of the third normal.
+/// Oblique axes, except that the third normal is the z axis.
 pub(crate) const LEANING: [[f64; 3]; 3] = [[1.0, 0.1, 0.0], [0.3, 1.0, 0.0], [0.25, 0.2, 1.0]];
 
 /// Blocks of rock between softer seams.
@@ -47,7 +47,7 @@ pub(crate) fn model(deck: &Deck) -> Model {
     deck.build().unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The site of a deck without faults.
+/// Built deck of a deck without errors.
 pub(crate) fn site(deck: &Deck) -> BuiltDeck {
     BuiltDeck::new(deck).unwrap_or_else(|error| panic!("{error}"))
 }
@@ -73,7 +73,7 @@ pub(crate) fn relax_stage(name: &str) -> Stage {
     Stage { name: name.into(), ..Stage::default() }
 }
 
-/// Numbers in (−1, 1) from a seed, the same on every machine.
+/// Random numbers in (−1, 1) from a seed, the same on every machine.
 pub(crate) struct Random(u64);
 
 impl Random {
@@ -101,7 +101,7 @@ pub(crate) fn points(model: &Model) -> Vec<Vec3> {
     (0..model.n_nodes()).map(|node| Vec3::from(model.point(node))).collect()
 }
 
-/// Sum of forces over the sum of their sizes, and the same for moments about a point, in the
+/// Sum of the forces over the sum of their sizes, and the same for moments about a point in the
 /// deformed position.
 pub(crate) fn sums(points: &[Vec3], u: &[[f64; 3]], f: &[[f64; 3]], about: Vec3) -> [f64; 2] {
     let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
@@ -120,12 +120,12 @@ pub(crate) fn largest(values: &[[f64; 3]]) -> f64 {
     values.iter().flatten().fold(0.0, |most, x| f64::max(most, x.abs()))
 }
 
-/// Bits of numbers, to compare with.
+/// Bits of numbers, for exact comparison.
 pub(crate) fn bits(values: &[[f64; 3]]) -> Vec<u64> {
     values.iter().flatten().map(|x| x.to_bits()).collect()
 }
 
-/// What it says that is wrong with a deck.
+/// Checks that a deck is refused with an error that contains these words.
 pub(crate) fn refused(deck: &Deck, words: &[&str]) {
     let Err(error) = deck.build() else { panic!("accepted: {words:?}") };
     let text = error.to_string();

@@ -5,7 +5,7 @@ use ddem_deck::{Damping, Deck, Load, Remove, Sphere, TimeStep, Where};
 
 use crate::decks::*;
 
-/// Loaded blocks with a hole, in counts that fill whole packs or do not.
+/// Loaded blocks with a hole, in numbers that fill whole packs and that do not.
 fn cases() -> [Deck; 2] {
     [([4, 4, 4], BOX), ([5, 3, 4], LEANING)].map(|(count, axes)| {
         let size = count.map(f64::from);
@@ -55,7 +55,7 @@ fn threads_and_instruction_sets_change_no_bit() {
     }
 }
 
-/// The same for relaxation, whose sums decide when it restarts and ends.
+/// The same for a relaxation, whose sums decide when it restarts and ends.
 #[test]
 fn threads_and_instruction_sets_change_no_bit_of_a_relaxation() {
     let deck = &cases()[1];

@@ -1,4 +1,4 @@
-//! What programs in Rust may ask for, and what they get for a wrong number or name.
+//! Queries of Rust programs, and the errors for wrong numbers or names.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use ddem_deck::*;
 
 use crate::decks::*;
 
-/// Two blocks on each other with two elements along each edge: 54 nodes.
+/// Two blocks on top of each other with two elements along each edge: 54 nodes.
 fn pile() -> Deck {
     let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.01);
     deck.model.gravity = [0.0, 0.0, -10.0];
@@ -17,14 +17,14 @@ fn pile() -> Deck {
     deck
 }
 
-/// What a panic says.
+/// Message of a panic.
 fn said<T>(does: impl FnOnce() -> T) -> String {
     let panic = catch_unwind(AssertUnwindSafe(does)).err().expect("a panic");
     let text = panic.downcast_ref::<String>().cloned();
     text.unwrap_or_else(|| (*panic.downcast_ref::<&str>().expect("words")).to_owned())
 }
 
-/// Faults that a program is told of.
+/// Message of an error about values that a program gave.
 fn told<T>(done: Result<T, RunError>) -> String {
     let Err(error @ RunError::Values { .. }) = done else { panic!("not refused as values") };
     error.to_string()
@@ -64,7 +64,7 @@ fn nodes_in_what_the_deck_does_not_have_are_an_error() {
     assert!(refused(&inside).contains("the file `ore.stl` has not been read"));
     let away = Where { x: Some(Extent::Plane(f64::NAN)), ..Where::default() };
     assert!(refused(&away).starts_with("where.x: `x` is NaN"), "{}", refused(&away));
-    // Nothing there is none: it is not wrong.
+    // An empty selection is no error.
     assert!(plane(2, 7.0).nodes(&model).expect("none").is_empty());
     assert_eq!(set("pile").nodes(&model).expect("all").len(), 54);
 }
@@ -117,7 +117,7 @@ fn numbers_of_nodes_and_blocks_that_are_not_there_are_refused_at_once() {
     assert_eq!(said(|| simulation.enter(99)), "there is no stage 99: the model has 1, from 0");
 }
 
-/// Nothing has changed after it.
+/// A refused call changes nothing.
 #[test]
 fn forces_and_fields_that_do_not_fit_are_refused_at_once() {
     let mut simulation = Simulation::new(model(&pile()));
@@ -206,7 +206,7 @@ fn a_collapse_in_which_nothing_has_moved_says_so() {
     assert_eq!(words, "there is no equilibrium: no block has moved so far");
 }
 
-/// As that of a boundary without a wave.
+/// The same rule applies to a boundary without a wave.
 #[test]
 fn a_history_of_a_support_that_stands_still_is_refused() {
     let mut deck = pile();

@@ -1,4 +1,4 @@
-//! Equations cited in the source are those of the table in `docs/method.md`, both ways.
+//! Equations cited in the source and in the table of `docs/method.md` are the same.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -28,7 +28,7 @@ struct Row {
     test: String,
 }
 
-/// Rows of the table at the end of the method.
+/// Rows of the table at the end of `docs/method.md`.
 fn table() -> Vec<Row> {
     let method = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/method.md");
     let method = std::fs::read_to_string(method).unwrap_or_else(|error| panic!("{error}"));
@@ -46,7 +46,7 @@ fn table() -> Vec<Row> {
     .collect()
 }
 
-/// What stands between backticks.
+/// Texts between backticks.
 fn quoted(cell: &str) -> impl Iterator<Item = &str> {
     cell.split('`').skip(1).step_by(2)
 }
@@ -76,7 +76,7 @@ fn equations_of_the_source_are_those_of_the_table() {
     assert!(where_cited.is_empty(), "not in the table of docs/method.md: {where_cited:?}");
 }
 
-/// True if a source file declares an item or a public field, or names a type by a macro as `Name:`.
+/// True if a source file declares an item or a public field, or if a macro declares a type as `Name:`.
 fn declares(text: &str, item: &str) -> bool {
     let name = item.rsplit("::").next().unwrap_or(item);
     let ends = |at: usize| {
@@ -134,7 +134,7 @@ fn the_table_names_what_is_there() {
     }
 }
 
-/// Tests of the method that the table names exist; those of the decks are in the root package.
+/// Tests of the method that the table names exist; tests of decks are in the root package.
 #[test]
 fn the_table_names_tests() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));

@@ -1,4 +1,4 @@
-//! Blocks that are taken out at the start of a stage.
+//! Blocks that are removed at the start of a stage.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::decks::*;
 
 const STRESS: [f64; 6] = [-3e6, -3e6, -8e6, 0.0, 0.0, 0.0];
 
-/// A column of four blocks under stress, held at the sides and below; the upper two are taken out.
+/// Column of four blocks under stress, supported on all sides; the upper two are removed.
 fn column(release: Option<f64>, kind: StageKind) -> Deck {
     let mut deck = deck([1, 1, 4], [1.0, 1.0, 4.0], 2, 0.02);
     if let Some(section) = deck.joints.get_mut("seam") {
@@ -50,11 +50,11 @@ fn excavated(release: Option<f64>, increments: u32) -> Simulation {
     simulation
 }
 
-/// The face moves by σ⁰ H/(λ + 2G), at once or in steps, and what is left bears nothing along z.
+/// The face moves by σ⁰ H/(λ + 2G), at once or in increments; no stress along z remains.
 #[test]
 fn a_face_moves_as_a_column_that_is_unloaded() {
     let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));
-    // The face of the second block is half of a joint below the plane.
+    // The face of the second block is half a joint below the plane.
     let exact = 8e6 * (2.0 - 0.01) / stiff;
     for (release, increments) in [(None, 1), (Some(1.0), 1), (Some(1.0), 5)] {
         let mut simulation = excavated(release, increments);
@@ -74,7 +74,7 @@ fn a_face_moves_as_a_column_that_is_unloaded() {
     }
 }
 
-/// While nothing of a release has faded nothing moves.
+/// Nothing moves before the release begins to fade.
 #[test]
 fn forces_go_on_at_first() {
     let mut simulation = simulation(&column(Some(1e9), StageKind::Dynamic));
@@ -88,8 +88,7 @@ fn forces_go_on_at_first() {
     assert!(largest(&simulation.displacements()) < 1e-12);
 }
 
-/// Of a release, and of what moves: the same bits after a resume in the middle, and energies that
-/// balance.
+/// Release while blocks move: a resume in the middle gives the same bits, and energies balance.
 #[test]
 fn a_dynamic_release_resumes_and_balances() {
     let mut deck = column(Some(0.002), StageKind::Dynamic);
@@ -122,7 +121,7 @@ fn a_dynamic_release_resumes_and_balances() {
     assert!(energy.balance.abs() < 1e-10 * size, "{energy:?}");
 }
 
-/// What stands on blocks that are taken out falls, in joints that have failed and in contact too.
+/// Blocks fall when the blocks below are removed. This includes failed joints and contacts.
 #[test]
 fn blocks_fall_where_the_ones_below_are_gone() {
     for body in [Body::Deformable, Body::Rigid] {
@@ -158,7 +157,8 @@ fn blocks_fall_where_the_ones_below_are_gone() {
     }
 }
 
-/// Blocks whose joints a program lets fail meet each other, also after an excavation.
+/// Blocks whose joints can fail only by a law of the program make contact, also after an
+/// excavation.
 #[test]
 fn blocks_with_a_law_of_a_program_land_on_others() {
     let mut deck = deck([1, 1, 3], [1.0, 1.0, 3.0], 1, 0.02);
@@ -182,14 +182,14 @@ fn blocks_with_a_law_of_a_program_land_on_others() {
     for _ in 0..steps.unwrap_or_else(|error| panic!("{error}")) {
         simulation.step().unwrap_or_else(|error| panic!("{error}"));
     }
-    // In 0.6 s it would fall 1.8 m; the gap is 1.02 m wide.
+    // Without the gap of 1.02 m the block would fall 1.8 m in 0.6 s.
     let top = simulation.model().nearest_node([0.0, 0.0, 3.0]);
     let fallen = simulation.displacement(top)[2];
     assert!((-1.05..-0.5).contains(&fallen), "{fallen}");
 }
 
-/// Joints between faces that do not match go with their blocks: forces go on at first, energies balance, a
-/// resume is the same bits, and fragments are those of what is left.
+/// Nonconforming joints are removed with their blocks. Forces continue at first, energies balance,
+/// a resume gives the same bits, and fragments consist of the remaining blocks.
 #[test]
 fn joints_of_faces_that_do_not_match_go_too() {
     let springs =
@@ -214,7 +214,7 @@ fn joints_of_faces_that_do_not_match_go_too() {
             simulation.step().unwrap_or_else(|error| panic!("{error}"));
         }
     };
-    // Points lie on faces in single precision.
+    // Points are located on faces in single precision.
     let mut held = begun(&prepared(1e9));
     held.forces();
     assert!(held.unbalanced() < 1e-6, "{:e}", held.unbalanced());
@@ -272,7 +272,7 @@ fn mistakes_are_said() {
     assert_eq!(charged(Some("dig".into())), "");
 }
 
-/// What is taken out beside a boundary answers nothing there any more, and the rest goes on.
+/// Boundary forces end on removed blocks; the rest of the boundary continues.
 #[test]
 fn boundaries_lose_what_is_taken_out() {
     let boundary = |axis: usize, at: f64, kind: BoundaryKind| Boundary {
@@ -306,8 +306,7 @@ fn boundaries_lose_what_is_taken_out() {
     }
 }
 
-/// What is there is held once, and once more for each stage in which something goes, the numbers of nodes
-/// not.
+/// Each stage with an excavation stores the block data once more, but not the nodal data.
 #[test]
 fn memory_grows_with_each_excavation() {
     let mut deck = column(None, StageKind::Relax);
@@ -329,15 +328,15 @@ fn memory_grows_with_each_excavation() {
     };
     let all = [[3.0, 4.0], [2.0, 3.0], [1.0, 2.0]];
     let [none, one, two, three] = [0, 1, 2, 3].map(|n| bytes(&all[..n]));
-    // Of each block and each cell more than 16 and 12 bytes, and the cuts along three edges.
+    // More than 16 bytes per block and 12 bytes per cell, and the cuts along three edges.
     let more = one - none;
     assert!(more >= 4 * 28, "{more}");
-    // A displacement of each of the 27 nodes of a block would be more than all of it.
+    // One displacement for each of the 27 nodes of a block would exceed the total.
     assert!(more < 4 * 27 * 24, "{more}");
     assert_eq!([two - one, three - two], [more; 2]);
 }
 
-/// A stress at the start bears all loads at once, but not what a first stage takes out by parts.
+/// An initial stress balances all loads at once; a first release still fades by increments.
 #[test]
 fn a_release_at_the_start_of_a_run_goes_by_increments() {
     let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));
@@ -358,7 +357,7 @@ fn a_release_at_the_start_of_a_run_goes_by_increments() {
     }
 }
 
-/// A relax stage ends a release.
+/// A relaxation completes a release.
 #[test]
 fn every_relaxation_takes_a_release_back() {
     let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));
@@ -378,7 +377,7 @@ fn every_relaxation_takes_a_release_back() {
     assert!((found / exact - 1.0).abs() < 1e-6, "{found} {exact}");
 }
 
-/// What does not change from stage to stage is there once.
+/// Data that do not change between stages are stored once.
 #[test]
 fn a_hundred_excavations_take_little_memory() {
     let bytes = |stages: usize| {
@@ -405,6 +404,6 @@ fn a_hundred_excavations_take_little_memory() {
         Simulation::new(model(&deck)).bytes()
     };
     let (plain, excavated) = (bytes(0), bytes(100));
-    // Four bytes for each block and stage say which are left.
+    // Four bytes per block and stage record the remaining blocks.
     assert!(10 * excavated < 13 * plain, "{excavated} B for {plain} B");
 }

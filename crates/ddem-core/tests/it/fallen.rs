@@ -1,4 +1,4 @@
-//! Runs that are saved after an excavation, when joints have failed and blocks have met.
+//! Runs saved after an excavation, when joints have failed and blocks have made contact.
 
 use ddem_core::{FIELDS, Simd, Simulation};
 use ddem_deck::*;
@@ -9,8 +9,9 @@ fn region(x: [f64; 2], z: [f64; 2]) -> Where {
     Where { x: Some(Extent::Range(x)), z: Some(Extent::Range(z)), ..Where::default() }
 }
 
-/// Two columns on a floor, the upper block of the second one in eight parts. It is pushed off the first,
-/// and then the layer of 2 cm below both goes, on which they stand.
+/// Two columns on a floor; the upper block of the second one is split into eight parts. Its outer
+/// parts are pushed away from the first column. Then the layer of 2 cm below both upper blocks is
+/// removed.
 fn undermined() -> Deck {
     let mut deck = deck([2, 1, 3], [2.0, 1.0, 2.02], 2, 0.0);
     deck.materials.insert("rock".into(), Material { density: 2000.0, young: 1e8, poisson: 0.2 });
@@ -36,7 +37,7 @@ fn undermined() -> Deck {
     deck.contact.damping = Some(0.1);
     deck.refine.push(Refine { region: region([1.0, 2.0], [1.02, 2.02]), factor: 2 });
     deck.fix.push(fix(plane(2, 0.0), "xyz"));
-    // The outer four parts alone: of the joints beside the others some hold.
+    // Only the outer four parts move, so some joints beside the others hold.
     deck.initial.push(Initial {
         region: region([1.5, 2.0], [1.5, 2.02]),
         velocity: Some([0.3, 0.1, 0.0]),
@@ -85,12 +86,12 @@ fn what_has_failed_and_met_after_an_excavation_resumes() {
     let mut at_once = again(&whole);
     go(&mut whole, 0.03);
     let mut falling = again(&whole);
-    // The free fall of 2 cm takes 64 ms from when the release has ended.
+    // The free fall of 2 cm takes 64 ms from the end of the release.
     go(&mut whole, 0.1);
     let mut met = again(&whole);
     assert!(whole.failed_pairs().iter().sum::<u64>() > failed);
     assert!(whole.contact_counts().points > 0);
-    // Of the pairs of faces that do not match some hold and some do not.
+    // Some pairs of the nonconforming joints hold and some have failed.
     let states = ddem_core::fields(whole.model()).find(|field| field.name == "state");
     let states = states.map(|field| whole.snapshot().values(field)).unwrap_or_default();
     let matching: usize =

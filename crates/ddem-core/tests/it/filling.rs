@@ -1,15 +1,15 @@
-//! A box that is filled with cubes: nothing gets out, nothing stays in anything else, and energy is only
-//! lost.
+//! A box is filled with cubes: none leaves the box, none stays inside another, and energy only
+//! decreases.
 
 use ddem_deck::{ContactTable, Damping, Deck, TimeStep};
 
 use crate::decks::*;
 use crate::loose::*;
 
-/// Distance of the middles of the cubes at the start `[m]`.
+/// Distance between the centres of the cubes at the start `[m]`.
 const PITCH: f64 = 1.45;
 
-/// A box of five held walls of thickness 0.5 around `[0, width]² × [0, height]`.
+/// Box of five fixed walls of thickness 0.5 around `[0, width]² × [0, height]`.
 fn walls(deck: &mut Deck, width: f64, height: f64) {
     let (w, t) = (width, 0.5);
     let (around, h) = (w + 2.0 * t, height + t);
@@ -31,7 +31,7 @@ fn width(n: u32) -> f64 {
     f64::from(n) * PITCH + 0.1
 }
 
-/// n³ slightly turned cubes of edge 1 above the floor of a box.
+/// n³ slightly rotated cubes of edge 1 above the floor of a box.
 fn filled_box(n: u32, divisions: u32, young: f64) -> Deck {
     let mut deck = mass_properties(young);
     walls(&mut deck, width(n), width(n) + 1.0);
@@ -55,7 +55,7 @@ fn filled_box(n: u32, divisions: u32, young: f64) -> Deck {
     deck
 }
 
-/// What a box that is filled comes to.
+/// Result of filling a box.
 #[derive(Debug, Default)]
 struct Filled {
     steps: usize,
@@ -68,8 +68,8 @@ struct Filled {
     outside: usize,
 }
 
-/// Lets the cubes fall for some time and come to rest for another; everything is looked at every `every`
-/// steps.
+/// Lets the cubes fall for one time and come to rest for another; evaluates everything every
+/// `every` steps.
 fn fall(deck: &Deck, width: f64, times: [f64; 2], every: usize) -> Filled {
     let mut simulation = simulation(deck);
     let held = |e: ddem_core::Energy| e.kinetic + e.strain_bodies + e.strain_joints - e.external;
@@ -108,7 +108,7 @@ fn fall(deck: &Deck, width: f64, times: [f64; 2], every: usize) -> Filled {
     found
 }
 
-/// n³ cubes that are dropped into a box, and what they come to.
+/// Drops n³ cubes into a box and checks the result.
 fn dropped(n: u32, divisions: u32, young: f64, (times, every): ([f64; 2], usize)) -> Filled {
     let mut deck = filled_box(n, divisions, young);
     deck.contact = ContactTable { restitution: Some(0.2), ..ContactTable::default() };
@@ -118,7 +118,7 @@ fn dropped(n: u32, divisions: u32, young: f64, (times, every): ([f64; 2], usize)
     assert_eq!(found.outside, 0);
     assert!(found.deep_at_rest < 0.01, "{found:?}");
     assert!(found.grown < 1e-6, "{found:?}");
-    // Of the fastest node: what a fall of 5 µm gives.
+    // Speed of the fastest node; a fall of 5 µm gives as much.
     assert!(found.speed < 1e-2, "{found:?}");
     found
 }
@@ -143,8 +143,8 @@ fn a_thousand_rigid_cubes_fill_a_box() {
     dropped(10, 0, 1e9, ([4.0, 2.0], 100));
 }
 
-/// Stiff enough for the pressure at the foot on the parts of faces that meet there. The last cube
-/// on top rocks on its neighbours until 9 s.
+/// The cubes are stiff enough for the pressure at the base, where faces meet only in part. The last
+/// cube on top rocks on its neighbours until 9 s.
 #[test]
 #[ignore = "takes minutes"]
 fn a_thousand_deformable_cubes_fill_a_box() {

@@ -1,4 +1,4 @@
-//! Fragments: what unbroken joints hold together.
+//! Fragments: blocks that unbroken joints connect.
 
 use ddem_core::{FIELDS, Fragment, Simulation};
 use ddem_deck::{Assign, Body, Damping, Deck, Extent, Joint, TimeStep, Where};
@@ -9,7 +9,7 @@ fn weak(joint: Joint) -> Joint {
     Joint { cohesion: Some(1e5), friction: Some(30.0), tension: Some(4e4), ..joint }
 }
 
-/// 27 blocks, the lowest nine of which hang on the others by a joint that is `with`.
+/// 27 blocks; the joint below the upper 18 blocks is changed by `with`.
 fn layered(body: Body, with: impl Fn(Joint) -> Joint) -> Deck {
     let mut deck = deck([3, 3, 3], [3.0; 3], 2, 0.02);
     deck.blocks[0].body = body;
@@ -40,7 +40,7 @@ fn a_cube_that_is_pulled_apart_falls_in_two() {
         let mut simulation = simulation(&layered(body, weak));
         assert_eq!(simulation.fragments().len(), 1);
         assert_eq!(simulation.block_fragments(), vec![0; 27]);
-        // 1 m/s upwards above, 2 m/s downwards below.
+        // 1 m/s upwards in the upper blocks, 2 m/s downwards in the lower ones.
         let model = simulation.model();
         let up = |node| if model.point(node)[2] > 1.0 { 1.0 } else { -2.0 };
         let velocities: Vec<_> = (0..model.n_nodes()).map(|n| [0.0, 0.0, up(n)]).collect();
@@ -56,7 +56,7 @@ fn a_cube_that_is_pulled_apart_falls_in_two() {
         check_sums(&simulation, &fragments);
         assert_eq!(fragments[0].blocks, (9..27).collect::<Vec<_>>());
         assert_eq!(fragments[1].blocks, (0..9).collect::<Vec<_>>());
-        // Outer blocks have half a gap of 20 mm on one side, inner ones on both.
+        // Outer blocks lose half of the 20 mm gap on one side, inner ones on both.
         let layer = 2.96 * 2.96;
         let volumes = [layer * (0.98 + 0.99), layer * 0.99];
         for (fragment, (volume, speed)) in
@@ -64,7 +64,8 @@ fn a_cube_that_is_pulled_apart_falls_in_two() {
         {
             assert!((fragment.volume / volume - 1.0).abs() < 1e-12, "{}", fragment.volume);
             assert!((fragment.size() / volume.cbrt() - 1.0).abs() < 1e-12);
-            // What the joint took before it failed is little: it bears a strain of 1.4e-5.
+            // The joint changes the velocities little before it fails: it carries a strain of
+            // 1.4e-5.
             assert!((fragment.velocity[2] / speed - 1.0).abs() < 0.03, "{:?}", fragment.velocity);
             assert!((fragment.centroid[0] - 1.5).abs() < 1e-6);
         }
@@ -79,7 +80,8 @@ fn a_cube_that_is_pulled_apart_falls_in_two() {
     }
 }
 
-/// A joint with friction alone, smooth or rough, holds nothing, though none of its pairs has failed.
+/// A joint with friction only, smooth or rough, connects nothing, although none of its pairs has
+/// failed.
 #[test]
 fn joints_without_strength_hold_nothing_and_those_that_never_fail_do() {
     type Change = fn(Joint) -> Joint;
@@ -103,7 +105,8 @@ fn joints_without_strength_hold_nothing_and_those_that_never_fail_do() {
     }
 }
 
-/// Equal volumes are equal whatever rounding says, and share what passes.
+/// Volumes that differ only by rounding are equal, and their fragments have the same passing
+/// fraction.
 #[test]
 fn equal_fragments_are_numbered_by_their_lowest_block() {
     let mut deck = deck([7, 3, 1], [0.7, 0.9, 0.1], 1, 0.0);

@@ -1,5 +1,5 @@
-//! A block that turns about the last pairs of a joint that hold: they let go before it gets into
-//! the other block.
+//! A block that turns about the last bonded pairs of a joint: the joint releases them before the
+//! block penetrates the other.
 
 use ddem_core::Simulation;
 use ddem_deck::*;
@@ -7,11 +7,11 @@ use ddem_deck::*;
 use crate::decks::*;
 use crate::loose::{all_corners, deepest};
 
-/// A block on another, which turns about an edge at the side x = 1.
+/// Block on another block that turns about an edge at the side x = 1.
 #[derive(Clone, Copy, Debug)]
 struct Hinge {
     divisions: u32,
-    /// The lower block is split into eight.
+    /// True if the lower block is split into eight.
     split: bool,
     body: Body,
     contact: bool,
@@ -19,7 +19,7 @@ struct Hinge {
 
 const PLAIN: Hinge = Hinge { divisions: 1, split: false, body: Body::Deformable, contact: true };
 
-/// How long the spin goes on `[s]`, after the load has come up.
+/// Duration of the spin `[s]`, after the load has been applied.
 const SPIN: f64 = 0.6;
 const LOADING: f64 = 0.01;
 
@@ -28,20 +28,21 @@ impl Hinge {
         self.body == Body::Rigid
     }
 
-    /// Whether the upper block comes to rest by itself.
+    /// True if the upper block comes to rest by itself.
     fn free(&self) -> bool {
         !self.split && !self.rigid()
     }
 
-    /// Where the pairs are that hold; those of rigid blocks are at the quarters.
+    /// Position of the bonded pairs; pairs of rigid blocks are at the quarters.
     fn about(&self) -> f64 {
         if self.rigid() { 0.75 } else { 1.0 }
     }
 
-    /// Angle at which the joint lets go: a pair at the other side has opened by half the distance of two.
+    /// Angle at which the joint is released: a pair at the other side has opened by half the
+    /// distance of two pairs.
     fn angle(&self) -> f64 {
-        // A split block has four joints, of which the last one reaches half as far, and its pairs are half as
-        // far apart; so do the pairs of rigid blocks.
+        // The last of the four joints of a split block is half as long, and its pairs are half as
+        // far apart. The same is true of the pairs of rigid blocks.
         0.5 / f64::from(self.divisions)
     }
 
@@ -49,8 +50,8 @@ impl Hinge {
         let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], self.divisions, 0.02);
         deck.model.kinematics = Kinematics::Corotational;
         deck.model.contact = Some(self.contact);
-        // A block of one element that bends gives way under the load; one that does not levers the far pairs
-        // open, so that they have failed before it spins.
+        // An element that can bend would yield under the load. One that cannot bend levers the far
+        // pairs open, so they have failed before the block spins.
         deck.model.element = ElementKind::Standard;
         deck.blocks[0].body = self.body;
         let weak = Joint {
@@ -67,11 +68,12 @@ impl Hinge {
         let lower = Where { z: Some(Extent::Range([0.0, 0.99])), ..Where::default() };
         deck.fix = vec![fix(lower, "xyz")];
         if !self.free() {
-            // For rest the upper block is held at its top, where it is then, and goes on being pressed: free
-            // it does not come to rest. One that turns with both blocks this would pull at.
+            // In stage `rest` the upper block is fixed at its top, in its present position, and
+            // stays loaded. It would not come to rest otherwise. A joint that turns with both
+            // blocks would pull at this support.
             deck.fix.push(Fix { from: Some("rest".into()), ..fix(plane(2, 2.0), "xyz") });
         }
-        // On the pairs that are to hold.
+        // The load acts on the pairs that must hold.
         for (x, part) in [(0.0, 1.0 - self.about()), (1.0, self.about())] {
             let [x, z] = [x, 1.01].map(|at| Some(Extent::Plane(at)));
             let edge = Where { x, z, ..Where::default() };
@@ -86,7 +88,7 @@ impl Hinge {
         deck
     }
 
-    /// Loaded, and nothing has turned.
+    /// Loaded state without rotation.
     fn loaded(&self) -> Simulation {
         let mut simulation = simulation(&self.deck());
         let started = simulation.start(Damping::Local(0.8), TimeStep::Auto, Some(LOADING));
@@ -94,12 +96,13 @@ impl Hinge {
         while simulation.steps_left() != Some(0) {
             simulation.step().unwrap_or_else(|error| panic!("{error}"));
         }
-        // Its load is where a rigid block begins to turn.
+        // A rigid block is loaded at the point where it begins to turn.
         assert!(self.rigid() || simulation.fragments().len() == 1, "{self:?}");
         simulation
     }
 
-    /// What nodes of the upper block have by their place from the edge.
+    /// Vectors at the nodes of the upper block as a function of the position relative to the hinge;
+    /// zero at other nodes.
     fn of_upper(&self, simulation: &Simulation, what: impl Fn(Vec3) -> Vec3) -> Vec<[f64; 3]> {
         let (model, centre) = (simulation.model(), Vec3::new(self.about(), 0.0, 1.01));
         let of = |node: usize| {
@@ -109,7 +112,7 @@ impl Hinge {
         (0..model.n_nodes()).map(of).collect()
     }
 
-    /// Spun at 5 rad/s.
+    /// Loaded state, spun at 5 rad/s.
     fn spun(&self) -> Simulation {
         let mut simulation = self.loaded();
         let spun = self.of_upper(&simulation, |x| Vec3::new(0.0, 5.0, 0.0).cross(&x));
@@ -119,7 +122,7 @@ impl Hinge {
         simulation
     }
 
-    /// Turned by an angle and relaxed until the joint lets go or is at rest.
+    /// Loaded state, turned by an angle and relaxed until the joint is released or at rest.
     fn relaxed(&self, angle: f64) -> Simulation {
         let mut simulation = self.loaded();
         let turn = nalgebra::Rotation3::from_axis_angle(&Vec3::y_axis(), angle);
@@ -174,7 +177,7 @@ fn a_joint_that_turns_lets_go() {
     }
 }
 
-/// The last two pairs of rigid blocks are inside the face, and the block turns about its edge.
+/// The last two pairs of rigid blocks lie inside the face, but the block turns about its edge.
 #[test]
 fn the_last_pairs_of_rigid_blocks_let_go_at_once() {
     let hinge = Hinge { body: Body::Rigid, ..PLAIN };
@@ -195,14 +198,14 @@ fn the_last_pairs_of_rigid_blocks_let_go_at_once() {
     assert_eq!(hinge.relaxed(0.05).fragments().len(), 2);
 }
 
-/// Without contact nothing would take over.
+/// Without contacts nothing would take over from the joint.
 #[test]
 fn without_contact_a_joint_that_turns_holds() {
     let split = Hinge { split: true, ..PLAIN };
     for hinge in [PLAIN, split, Hinge { body: Body::Rigid, ..PLAIN }] {
         let hinge = Hinge { contact: false, ..hinge };
         let mut simulation = hinge.spun();
-        // Far beyond where it would let go.
+        // Far beyond the angle of release.
         while simulation.time() < LOADING + 1.6 * hinge.angle() / 5.0 {
             step(&mut simulation, hinge);
         }
@@ -210,7 +213,8 @@ fn without_contact_a_joint_that_turns_holds() {
     }
 }
 
-/// Relaxation knows it as motion does, so that nothing is left to fail in the first step after it.
+/// A relaxation releases a turned joint as dynamic steps do, so the first step after it releases
+/// nothing.
 #[test]
 fn a_joint_that_has_turned_lets_go_in_relaxation() {
     let split = Hinge { split: true, ..PLAIN };
@@ -220,7 +224,8 @@ fn a_joint_that_has_turned_lets_go_in_relaxation() {
             assert_eq!(simulation.fragments().len(), fragments, "{hinge:?}, {part}");
         }
         if hinge.split {
-            // Its pairs have come apart by more than the edge of a block by then, which ends a relaxation.
+            // At release its pairs have opened by more than the edge of a block, which stops a
+            // relaxation.
             continue;
         }
         let held = Hinge { contact: false, ..hinge };

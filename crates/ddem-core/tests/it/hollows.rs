@@ -25,7 +25,7 @@ pub(crate) fn everywhere() -> Where {
     Where { x: Some(Extent::Range(ALL)), ..Where::default() }
 }
 
-/// Blocks of a metre each in free space without some of them.
+/// Blocks of a metre each in free space, without the blocks in some cells.
 pub(crate) fn hollow(axes: [[f64; 3]; 3], cells: &[[f64; 3]], thickness: f64) -> Deck {
     let mut deck = with_axes(deck([4; 3], [4.0; 3], 2, thickness), axes);
     let directions = axes.map(|axis| Vec3::from(axis).normalize());

@@ -1,5 +1,5 @@
-//! Stress that is in place before the first step: it stays, it is the derivative of an energy, it is
-//! seen, saved and broken like any other.
+//! Initial stress: it stays in place, follows from an energy, and is output, saved and lost at
+//! failure like any other stress.
 
 use ddem_core::{Simd, Simulation};
 use ddem_deck::*;
@@ -17,7 +17,7 @@ pub(crate) fn in_place(stress: [f64; 6], gradient: Option<Gradient>) -> Initial 
     Initial { stress: Some(stress), gradient, ..Initial::default() }
 }
 
-/// Gradients that are not the same in any direction.
+/// Gradients that differ in every direction.
 fn slopes() -> Gradient {
     let slope = |k: f64| [0, 1, 2, 3, 4, 5].map(|i| 1e6 * (k + 1.7 * f64::from(i)).sin());
     Gradient { x: Some(slope(0.3)), y: Some(slope(1.1)), z: Some(slope(2.9)) }
@@ -34,7 +34,7 @@ pub(crate) fn joint(kind: usize) -> Joint {
     }
 }
 
-/// Blocks under a stress, with the tractions that hold it at all outer faces.
+/// Blocks under a stress, with tractions on all outer faces that balance it.
 pub(crate) fn loaded(kind: usize, axes: [[f64; 3]; 3], stress: [f64; 6]) -> Deck {
     let mut deck = with_axes(deck([3, 2, 2], [3.0, 2.0, 2.0], 2, 0.02), axes);
     deck.joints.insert("seam".into(), joint(kind));
@@ -57,13 +57,13 @@ fn steps(simulation: &mut Simulation, count: usize) {
     }
 }
 
-/// A uniform stress under the tractions that hold it: no force, no motion, and seen as it was given.
+/// A uniform stress under balancing tractions: no force, no motion, and output equals input.
 #[test]
 fn a_stress_that_is_held_stays() {
     for (kind, kinematics) in
         (0..3).flat_map(|kind| [Kinematics::Small, Kinematics::Corotational].map(|k| (kind, k)))
     {
-        // Empty gaps bear neither the loads on them nor the couple of shear across them.
+        // Empty gaps carry neither the loads on them nor the couple of the shear across them.
         let stress = if kind == 1 { [-6e6, -4e6, -9e6, 0.0, 0.0, 0.0] } else { STRESS };
         let mut deck = loaded(kind, BOX, stress);
         if kind == 1 {
@@ -79,7 +79,7 @@ fn a_stress_that_is_held_stays() {
         let before = simulation.energy();
         assert!(before.strain_bodies > 0.0 && before.balance == 0.0, "{before:?}");
         steps(&mut simulation, 200);
-        // Under 1e-12 of what the blocks would be shortened by.
+        // Less than 1e-12 of the shortening that the stress would cause.
         let moved = largest(&simulation.displacements());
         assert!(moved < 1e-12 * 9e6 / 18e9 * 2.0, "{kind} {kinematics:?}: {moved}");
         for found in simulation.stresses() {
@@ -99,8 +99,8 @@ fn a_stress_that_is_held_stays() {
     }
 }
 
-/// The same where blocks are refined and sets of other divisions touch, in springs without thickness: but
-/// for the single precision in which points lie on faces.
+/// The same for refined blocks and sets with different divisions, joined by springs without
+/// thickness. Points are located on faces in single precision, so the tolerances are larger.
 #[test]
 fn it_crosses_faces_that_do_not_match() {
     for kinematics in [Kinematics::Small, Kinematics::Corotational] {
@@ -136,8 +136,8 @@ fn it_crosses_faces_that_do_not_match() {
     }
 }
 
-/// Overburden on a level joint whose upper face is finer: its layer has weight as well. One block beside
-/// another has strips, so there is one on each side.
+/// Overburden on a level joint whose upper face is finer; the layer of the joint has weight as
+/// well. Blocks side by side would have strips between them, so each side has a single block.
 #[test]
 fn overburden_crosses_faces_that_do_not_match() {
     let weight = 2400.0 * 9.81;
@@ -167,7 +167,7 @@ fn overburden_crosses_faces_that_do_not_match() {
     assert!(simulation.unbalanced() < 1e-7, "{:e}", simulation.unbalanced());
 }
 
-/// `½ σ:C⁻¹:σ` of the blocks; the joints have theirs.
+/// `½ σ:C⁻¹:σ` of the blocks; joints have their own energy.
 #[test]
 fn energy_is_that_of_the_stress() {
     let mut simulation = simulation(&loaded(0, BOX, STRESS));
@@ -180,7 +180,7 @@ fn energy_is_that_of_the_stress() {
     assert!((found / (density * volume) - 1.0).abs() < 1e-12, "{found}");
 }
 
-/// Where blocks are turned, bent and parted at random, forces are still the derivative of the energy.
+/// Forces are the derivative of the energy also for randomly turned, bent and separated blocks.
 #[test]
 fn forces_are_the_derivative_of_the_energy() {
     for (kind, axes) in (0..3).flat_map(|kind| [BOX, OBLIQUE].map(|axes| (kind, axes))) {
@@ -211,7 +211,7 @@ fn forces_are_the_derivative_of_the_energy() {
     }
 }
 
-/// Turned as a whole, a block under stress takes it along.
+/// The stress of a block turns with the block.
 #[test]
 fn stress_turns_with_the_blocks() {
     let mut simulation = simulation(&loaded(0, OBLIQUE, STRESS));
@@ -229,8 +229,8 @@ fn stress_turns_with_the_blocks() {
     assert!((after.strain_joints / before.strain_joints - 1.0).abs() < 1e-9);
 }
 
-/// Overburden under gravity, with sides that are held and K0 = 0.6: all in place, in stages of both
-/// kinds, in any joint that weighs what the rock does, or nothing and has no thickness.
+/// Overburden under gravity with fixed sides and K0 = 0.6 stays in place in stages of both kinds.
+/// The joints have the density of the rock, or neither weight nor thickness.
 #[test]
 fn overburden_stays() {
     let weight = 2400.0 * 9.81;
@@ -243,7 +243,7 @@ fn overburden_stays() {
         deck.model.gravity = [0.0, 0.0, -9.81];
         let slope = [0.6 * weight, 0.6 * weight, weight, 0.0, 0.0, 0.0];
         let z = Some(slope);
-        // Under 4 m of rock above it.
+        // Stress under 4 m of rock above the model.
         let surface = slope.map(|s| -8.0 * s);
         deck.initial.push(in_place(surface, Some(Gradient { z, ..Gradient::default() })));
         deck.load.push(Load {
@@ -268,8 +268,7 @@ fn overburden_stays() {
     }
 }
 
-/// Joints without the strength for it fail under a stress that is there at the start, and all energies
-/// balance on the way.
+/// Joints that are too weak fail under the initial stress, and all energies balance during failure.
 #[test]
 fn joints_fail_under_it_and_energies_balance() {
     for kind in 0..3 {
@@ -292,7 +291,7 @@ fn joints_fail_under_it_and_energies_balance() {
     }
 }
 
-/// A run that is resumed is the same bits.
+/// A resumed run gives the same bits.
 #[test]
 fn it_is_there_after_a_resume() {
     let mut deck = loaded(2, BOX, STRESS);
@@ -336,7 +335,8 @@ fn what_cannot_be_is_said() {
     assert!(infinite.contains("initial[0].stress"), "{infinite}");
 }
 
-/// A face that carries nothing is named, with what is missing; a model that is in equilibrium is not.
+/// A warning names each face without support and the missing force; a model in equilibrium has no
+/// warning.
 #[test]
 fn faces_that_do_not_carry_it_are_named() {
     let mut deck = loaded(0, BOX, [-6e6, -4e6, -9e6, 0.0, 0.0, 0.0]);
@@ -345,7 +345,7 @@ fn faces_that_do_not_carry_it_are_named() {
         warnings.filter(|warning| warning.contains("[unbalanced-stress]")).collect::<Vec<_>>()
     };
     assert_eq!(unbalanced(&deck), Vec::<String>::new());
-    // The pressure on x = 3, an area of 4 m2.
+    // Removes the pressure on x = 3, an area of 4 m2.
     deck.load.remove(1);
     let warnings = unbalanced(&deck);
     assert_eq!(warnings.len(), 1, "{warnings:?}");
@@ -353,12 +353,12 @@ fn faces_that_do_not_carry_it_are_named() {
     assert!(said.iter().all(|words| warnings[0].contains(words)), "{}", warnings[0]);
     let lines = "\n  [[fix]]\n  where = { x = 3.0 }\n  axes = \"x\"\n";
     assert!(warnings[0].contains(lines), "{}", warnings[0]);
-    // Under gravity what lies on top is a load.
+    // At the top under gravity the advice is a load, not a support.
     let mut below = deck.clone();
     below.model.gravity = [-9.81, 0.0, 0.0];
     let lines = "\n  [[load]]\n  where = { x = 3.0 }\n  traction = [-6000000.0, 0.0, 0.0]\n";
     assert!(unbalanced(&below)[0].contains(lines), "{:?}", unbalanced(&below));
-    // Pressure on one half and tension on the other cancel, and no one load carries them.
+    // Pressure on one half and tension on the other cancel, so no single load can carry them.
     let mut bent = deck.clone();
     bent.initial[0].stress = Some([-1e6, 0.0, 0.0, 0.0, 0.0, 0.0]);
     let slope = Some([1e6, 0.0, 0.0, 0.0, 0.0, 0.0]);

@@ -1,5 +1,5 @@
-//! What goes by the increments of a relaxation: slip that is kept in equilibrium alone, strengths and
-//! supports; a checkpoint in the middle goes on with the same bits.
+//! Increments of a relaxation: slip stored only at equilibrium, strengths and supports. A resume
+//! from a checkpoint within an increment gives the same bits.
 
 use ddem_core::{Relaxed, Simd, Simulation};
 use ddem_deck::*;
@@ -14,13 +14,13 @@ fn dry(friction: f64) -> Joint {
     Joint { normal_stiffness: k, shear_stiffness: k, friction: Some(friction), ..Joint::default() }
 }
 
-/// A block that is pressed on a wider one, loses friction and is pushed aside by a support; of one set, or of
-/// two whose faces do not match.
+/// Block that is pressed down, loses friction and is pushed sideways by a support. It belongs to
+/// the set of its base, or to a set of its own on a wider base with a nonconforming joint.
 fn pushed(body: Body, sets: bool) -> Deck {
     let mut deck = deck([1, 1, if sets { 1 } else { 2 }], [1.0; 3], 2, 0.0);
     deck.joints = [("seam".to_owned(), dry(40.0)), ("wet".to_owned(), dry(10.0))].into();
     deck.blocks[0].body = body;
-    // Nothing bulges and hardly anything turns, so that friction acts against the push alone.
+    // Nothing bulges and rotations are small, so friction acts against the push only.
     deck.model.kinematics = Kinematics::Small;
     deck.materials.insert("rock".into(), Material { density: 2400.0, young: 18e9, poisson: 0.0 });
     let mut level = 0.5;
@@ -59,7 +59,7 @@ fn step(simulation: &mut Simulation) -> bool {
     relaxed == Relaxed::Done
 }
 
-/// Relaxes to the end; every so many steps the simulation is saved and goes on from that.
+/// Relaxes to the end; saves and restores the simulation every `every` steps.
 fn go(simulation: &mut Simulation, deck: &Deck, every: u64) {
     for i in 1..100_000 {
         if step(simulation) {
@@ -83,19 +83,20 @@ fn a_support_slides_a_block_against_the_friction_that_is_left_to_it() {
     for (body, sets) in [(Body::Deformable, false), (Body::Rigid, false), (Body::Deformable, true)]
     {
         let mut deck = pushed(body, sets);
-        // Pairs stay with their partners.
+        // Without contacts the pairs keep their partners.
         deck.model.contact = Some(false);
         let mut simulation = simulation(&deck);
         stage(&mut simulation, 0, 1);
         go(&mut simulation, &deck, u64::MAX);
         let before = simulation.displacements();
-        // Slip goes straight in each increment: many of them follow it as it turns into the push.
+        // Slip is straight within each increment; many increments follow its turn into the push
+        // direction.
         stage(&mut simulation, 1, 40);
         go(&mut simulation, &deck, u64::MAX);
         let (top, after) = (top(&simulation), simulation.displacements());
         for &node in &top {
             let way = after[node as usize][0] - before[node as usize][0];
-            // What turns as it goes is off by the square of its turn.
+            // In a rotating block the error is the square of the rotation.
             let most = if body == Body::Rigid { 1e-8 } else { 1e-15 };
             assert!((way - 2e-4).abs() < most, "{body:?}, sets {sets}: {way:e}");
         }
@@ -127,7 +128,8 @@ fn a_checkpoint_within_an_increment_loses_no_bit() {
     }
 }
 
-/// The block goes 2e-4 m whatever the increments, and only in the stage in which the support comes into force.
+/// The block moves by 2e-4 m for any number of increments, and only in the stage in which the
+/// support takes effect.
 #[test]
 fn a_support_moves_once() {
     let deck = pushed(Body::Deformable, false);
@@ -163,7 +165,7 @@ fn a_displacement_is_for_relax_stages_and_held_directions() {
     assert!(wild.contains("fix[1].displacement"), "{wild}");
 }
 
-/// A block that its support lifts by d: the support does m g d, gravity takes it.
+/// A support lifts a block by d: the support does the work m g d, and gravity takes it.
 #[test]
 fn gravity_works_on_a_block_that_a_support_lifts() {
     for body in [Body::Rigid, Body::Deformable] {
@@ -185,7 +187,7 @@ fn gravity_works_on_a_block_that_a_support_lifts() {
         stage(&mut simulation, 1, 4);
         go(&mut simulation, &deck, u64::MAX);
         let after = simulation.energy();
-        // What the weight has done when it was put on stays.
+        // The difference excludes the work of gravity when the weight was applied.
         let work = 2400.0 * 9.81 * 0.1;
         for (what, off) in [
             ("work of all", after.external - before.external),

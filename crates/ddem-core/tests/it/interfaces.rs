@@ -1,11 +1,11 @@
-//! Sets of blocks that touch, or nearly: which joints join, and what is said of the others.
+//! Sets of blocks that touch or nearly touch: the joints between them, and the messages about gaps.
 
 use ddem_deck::*;
 
 use crate::decks::*;
 use crate::refine::range;
 
-/// A bed of 2 × 2 blocks, and over it, across a gap, a block on all four; a joint of 1 cm in both.
+/// Bed of 2 × 2 blocks, and a block across all four above a gap; both sets have a joint of 1 cm.
 fn block_over_bed(gap: f64) -> Deck {
     let mut deck = deck([2, 2, 1], [2.0, 2.0, 1.0], 1, 0.01);
     deck.blocks[0].name = Some("bed".into());
@@ -25,7 +25,7 @@ fn said(deck: &Deck) -> Vec<String> {
 
 #[test]
 fn sets_are_joined_where_they_touch_or_the_joint_fills_the_gap() {
-    // A ten thousandth of the shortest edge is rounding.
+    // A ten thousandth of the shortest edge counts as rounding.
     for gap in [0.0, 0.8e-4, -0.8e-4, 0.01, 0.01 + 0.8e-4, 0.01 - 0.8e-4] {
         let deck = block_over_bed(gap);
         let joined = "sets `bed` and `block` are joined by joint `seam` over 4 faces";
@@ -60,7 +60,7 @@ fn a_gap_that_is_not_the_thickness_is_not_welded_over() {
     }
 }
 
-/// A block that nothing holds because of its gap: the fault of a relaxation says why.
+/// The gap leaves a block without support: the error of the relaxation names the gap.
 #[test]
 fn what_a_gap_leaves_free_is_told_of_it() {
     for (gap, start) in [
@@ -83,7 +83,8 @@ fn told_of_a_gap(gap: f64, start: &str) {
     assert!(help.ends_with("hold that motion with [[fix]], or make the stage dynamic"), "{help}");
 }
 
-/// The later set's joint, or the one that is assigned there, and with that the gap that it fills.
+/// The joint of the later set, or the joint assigned there. Its thickness decides which gap it
+/// fills.
 #[test]
 fn the_joint_between_two_sets_is_the_one_that_counts() {
     let mut deck = block_over_bed(0.03);
@@ -115,7 +116,7 @@ fn sets_without_a_joint_meet_as_contacts() {
     assert_eq!(said(&deck), [""; 0]);
 }
 
-/// A set in the place of blocks of another that are taken out touches the others, across half of a joint.
+/// A set in place of removed blocks touches the blocks around it across half a joint.
 #[test]
 fn a_set_in_the_place_of_removed_blocks_touches_those_around() {
     let mut deck = deck([3, 3, 1], [3.0, 3.0, 1.0], 1, 0.01);

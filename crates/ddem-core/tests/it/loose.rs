@@ -1,4 +1,4 @@
-//! Loose blocks: decks of them, where they are, how far they reach into each other.
+//! Loose blocks: their decks, positions and penetrations.
 
 use ddem_core::{FIELDS, Model, Simulation};
 use ddem_deck::{BlockSet, Body, ContactTable, Deck, Fix, Initial, Material, Where};
@@ -6,13 +6,13 @@ use nalgebra::Rotation3;
 
 use crate::decks::*;
 
-/// One block that is a set of its own.
+/// One block as a set of its own.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece {
     pub(crate) centre: Vec3,
     pub(crate) edges: Vec3,
     pub(crate) turn: Rotation3<f64>,
-    /// 0: rigid.
+    /// Divisions of a deformable block; 0: rigid.
     pub(crate) divisions: u32,
     pub(crate) velocity: Vec3,
     pub(crate) spin: Vec3,
@@ -33,7 +33,7 @@ impl Default for Piece {
     }
 }
 
-/// A deck without blocks, of one material, whose contacts are not damped.
+/// Deck without blocks, with one material and undamped contacts.
 pub(crate) fn mass_properties(young: f64) -> Deck {
     let stuff = Material { density: 2400.0, young, poisson: 0.25 };
     let contact = ContactTable { damping: Some(0.0), ..ContactTable::default() };
@@ -73,7 +73,7 @@ pub(crate) fn of(deck: &Deck, pieces: &[Piece]) -> Deck {
     deck
 }
 
-/// The first node of a block, and its nodes along an edge.
+/// First node of a block, and number of its nodes along an edge.
 fn mesh(model: &Model, block: usize) -> (usize, usize) {
     let first = model.hexes(block).flatten().min().unwrap_or_default() as usize;
     let elements = model.hexes(block).count();
@@ -90,7 +90,7 @@ pub(crate) fn position(simulation: &Simulation, node: usize) -> Vec3 {
     Vec3::from(simulation.model().point(node)) + Vec3::from(simulation.displacement(node))
 }
 
-/// Where the corners of a block are.
+/// Positions of the corners of a block.
 pub(crate) fn corners(simulation: &Simulation, block: usize) -> [Vec3; 8] {
     let (first, n) = mesh(simulation.model(), block);
     std::array::from_fn(|corner| {
@@ -107,8 +107,8 @@ pub(crate) fn middle(corners: &[Vec3; 8]) -> Vec3 {
     corners.iter().sum::<Vec3>() / 8.0
 }
 
-/// How far the hulls of two times eight corners reach into each other: the least overlap along the
-/// normals of their faces and across their edges; negative where they are apart.
+/// Penetration of two hulls of eight corners: the smallest overlap along their face normals and
+/// along the cross products of their edges; negative if they are apart.
 pub(crate) fn overlap(a: &[Vec3; 8], b: &[Vec3; 8]) -> f64 {
     let edges = |x: &[Vec3; 8]| {
         [x[1] - x[0] + x[7] - x[6], x[2] - x[0] + x[7] - x[5], x[4] - x[0] + x[7] - x[3]]
@@ -131,7 +131,8 @@ pub(crate) fn overlap(a: &[Vec3; 8], b: &[Vec3; 8]) -> f64 {
     least
 }
 
-/// The deepest overlap of all blocks, and which two; the first `walls` may overlap each other.
+/// Deepest overlap of all blocks, and the two blocks; the first `walls` blocks may overlap each
+/// other.
 pub(crate) fn deepest(all: &[[Vec3; 8]], walls: usize) -> (f64, [usize; 2]) {
     let size = |x: &[Vec3; 8]| x.iter().map(|y| (y - middle(x)).norm()).fold(0.0, f64::max);
     let balls: Vec<(Vec3, f64)> = all.iter().map(|x| (middle(x), size(x))).collect();
@@ -149,8 +150,8 @@ pub(crate) fn deepest(all: &[[Vec3; 8]], walls: usize) -> (f64, [usize; 2]) {
     worst
 }
 
-/// Momentum, and its moment about the origin, with the sums of the sizes of their parts. The eight
-/// corners of a rigid block resist turning three times as much as the block.
+/// Momentum and angular momentum about the origin, with the sums of the sizes of their parts. The
+/// eight corners of a rigid block have three times the rotational inertia of the block.
 pub(crate) fn momenta(simulation: &mut Simulation) -> ([Vec3; 2], [f64; 2]) {
     let (mut sums, mut sizes) = ([Vec3::zeros(); 2], [0.0; 2]);
     let velocities = simulation.velocities();
@@ -184,7 +185,7 @@ pub(crate) fn momenta(simulation: &mut Simulation) -> ([Vec3; 2], [f64; 2]) {
     (sums, sizes)
 }
 
-/// Pairs of blocks with points, and joints of lattices that were released.
+/// Number of block pairs with contact points, and of lattice joints that were released.
 pub(crate) fn contacts(simulation: &mut Simulation) -> [usize; 2] {
     let released = FIELDS.iter().find(|field| field.name == "released");
     let pairs = released.map(|field| simulation.snapshot().values(field)).unwrap_or_default();
@@ -193,12 +194,12 @@ pub(crate) fn contacts(simulation: &mut Simulation) -> [usize; 2] {
     [simulation.contact_counts().near, released]
 }
 
-/// Numbers from 0 to 1.
+/// Random number from 0 to 1.
 pub(crate) fn part(random: &mut Random) -> f64 {
     0.5 + 0.5 * random.next()
 }
 
-/// Any turn.
+/// Random rotation.
 pub(crate) fn any_turn(random: &mut Random) -> Rotation3<f64> {
     let angle = std::f64::consts::PI * random.next();
     random.rotation(angle)

@@ -1,4 +1,4 @@
-//! What the method promises, checked on whole models through the public interface.
+//! Properties of the method, checked on whole models through the public interface.
 //!
 //! Several tests print what they measure: `cargo test -p ddem-core --test it -- --nocapture`.
 

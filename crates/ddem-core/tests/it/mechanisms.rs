@@ -1,10 +1,10 @@
-//! Supports that leave a rigid motion are refused in a relax stage, and the motion is named.
+//! A relax stage refuses supports that leave a rigid motion, and names the motion.
 
 use ddem_deck::{BlockSet, Deck, Extent, Remove, StageKind, Where};
 
 use crate::decks::*;
 
-/// A fault of stage `static` of a beam of 4 m × 1 m × 2 m, or none.
+/// Error in stage `static` of a beam of 4 m × 1 m × 2 m, if there is one.
 fn fault(change: impl FnOnce(&mut Deck)) -> Option<String> {
     let mut deck = deck([2, 1, 1], [4.0, 1.0, 2.0], 2, 0.02);
     deck.stage.push(relax_stage("static"));
@@ -40,7 +40,7 @@ fn a_hinge_line_leaves_the_turn_about_it() {
     let message = fault(|deck| deck.fix.push(fix(line(0.0, 0.0), "xyz"))).expect("a hinge");
     assert!(message.ends_with("rotation about y through (0.0000, 0.5000, 0.0000)"), "{message}");
     assert!(!message.contains("translation"), "{message}");
-    // Two nodes at the upper edge far from the origin: the axis passes there.
+    // Supports on an edge far from the origin: the axis of rotation passes through it.
     let message = fault(|deck| {
         deck.blocks[0].origin = [100.0, 20.0, -3.0];
         deck.fix.push(fix(line(104.0, -1.0), "xyz"));
@@ -103,7 +103,7 @@ fn a_part_that_was_cut_off_is_named() {
 #[test]
 fn enough_supports_and_dynamic_stages_are_fine() {
     assert_eq!(fault(|deck| deck.fix.push(fix(plane(0, 0.0), "xyz"))), None);
-    // Six supports that are just enough.
+    // Six restraints, just enough.
     assert_eq!(
         fault(|deck| {
             deck.fix.push(fix(line(0.0, 0.0), "xz"));
@@ -120,7 +120,7 @@ fn enough_supports_and_dynamic_stages_are_fine() {
     assert_eq!(fault(dynamic), None);
 }
 
-/// A turn about an axis that is not parallel to x, y or z is given in numbers.
+/// A rotation about an axis that is not parallel to x, y or z is given in numbers.
 #[test]
 fn an_oblique_hinge_is_given_in_numbers() {
     let message = fault(|deck| {

@@ -1,4 +1,5 @@
-//! Blocks that meet: as they are written, in relaxations, at edges, and when supports come or go.
+//! Blocks that make contact: in initial positions, in relaxations, at edges, and when supports
+//! start or end.
 
 use std::sync::Arc;
 
@@ -24,7 +25,7 @@ fn steps(simulation: &mut Simulation, count: usize) {
     }
 }
 
-/// Two cubes of edge 1, the upper one by `gap` above the lower one, both turned alike.
+/// Two cubes of edge 1 with the same rotation, the upper one `gap` above the lower one.
 fn stacked(gap: f64, divisions: u32, held: bool) -> [Piece; 2] {
     let turn = Rotation3::from_euler_angles(0.3, -0.2, 0.5);
     let below = Piece { turn, divisions, held, ..Piece::default() };
@@ -32,7 +33,7 @@ fn stacked(gap: f64, divisions: u32, held: bool) -> [Piece; 2] {
     [below, above]
 }
 
-/// What rounded numbers leave is no overlap, and nothing springs apart.
+/// An overlap by rounding is no penetration, and the blocks do not spring apart.
 #[test]
 fn blocks_that_overlap_by_rounding_stay_where_they_are() {
     for divisions in [0, 1, 2] {
@@ -48,7 +49,7 @@ fn blocks_that_overlap_by_rounding_stay_where_they_are() {
     }
 }
 
-/// Such a gap is none either: a relaxation closes it, and the lower block bears the upper one.
+/// A gap by rounding is no gap: a relaxation closes it, and the lower block carries the upper one.
 #[test]
 fn a_relaxation_closes_a_gap_of_rounding() {
     for (gap, divisions) in [(5e-5, 0), (5e-5, 2), (-5e-5, 0), (-5e-5, 2)] {
@@ -67,14 +68,14 @@ fn a_relaxation_closes_a_gap_of_rounding() {
     }
 }
 
-/// A relaxation stops as a dynamic stage does when two blocks are too deep in each other.
+/// A relaxation stops with an error if two blocks penetrate too deeply, as a dynamic stage does.
 #[test]
 fn a_relaxation_names_blocks_that_sink_into_each_other() {
     for divisions in [0, 2] {
         let mut deck = of(&mass_properties(1e9), &stacked(0.0, divisions, true));
         deck.contact.friction = Some(60.0);
         deck.model.gravity = [0.0, 0.0, -9.81];
-        // It would rest at 0.4 of an edge.
+        // Equilibrium would need a penetration of 0.4 of an edge.
         deck.contact.normal_stiffness = Some(2400.0 * 9.81 / 0.4);
         deck.contact.shear_stiffness = Some(2400.0 * 9.81 / 0.4);
         let mut simulation = simulation(&deck);
@@ -91,7 +92,7 @@ fn a_relaxation_names_blocks_that_sink_into_each_other() {
     }
 }
 
-/// A support that pushes one block into another is named.
+/// The error names the support that pushes one block into another.
 #[test]
 fn a_support_that_moves_a_block_into_another_is_named() {
     let mut deck = of(&mass_properties(1e6), &stacked(0.0, 0, true));
@@ -108,7 +109,8 @@ fn a_support_that_moves_a_block_into_another_is_named() {
     assert!(message.contains("the support fix[1] drives block 1"), "{message}");
 }
 
-/// A frame of cells, all held but for one that hangs from it by a weak joint, 15 mm above its foot.
+/// Frame of fixed blocks; one more block hangs from it by a weak joint, 15 mm above the block
+/// below.
 fn frame(body: Body, divisions: u32) -> Deck {
     let mut deck = mass_properties(1e9);
     let weak = Joint {
@@ -153,8 +155,8 @@ fn frame(body: Body, divisions: u32) -> Deck {
     deck
 }
 
-/// In one set of blocks that joints connect, one of which breaks and lets its block fall onto another:
-/// masses are stable for what meets then.
+/// In one jointed set a joint breaks and its block falls onto another. The masses of the relaxation
+/// are stable for the new contact.
 #[test]
 fn a_block_that_breaks_off_in_a_relaxation_comes_to_rest_on_another() {
     for (body, divisions) in [(Body::Rigid, 1), (Body::Deformable, 1), (Body::Deformable, 2)] {
@@ -172,13 +174,13 @@ fn a_block_that_breaks_off_in_a_relaxation_comes_to_rest_on_another() {
     }
 }
 
-/// Contact at an edge does not depend on which of the two faces beside it comes first.
+/// Contact at an edge does not depend on the order of its two faces.
 #[test]
 fn an_edge_has_no_first_face() {
     let rebound = |swapped: [bool; 2]| {
         let mut pieces = [0, 1].map(|side| {
             let sign = if side == 0 { 1.0 } else { -1.0 };
-            // The long edge along x or y, a corner edge up or down.
+            // The long edge lies along x or y; a corner edge points up or down.
             let along = Rotation3::from_euler_angles(0.0, std::f64::consts::FRAC_PI_2, 0.0);
             let across = Rotation3::from_euler_angles(-std::f64::consts::FRAC_PI_2, 0.0, 0.0);
             let long = if side == 0 { along } else { across };
@@ -186,7 +188,7 @@ fn an_edge_has_no_first_face() {
             let edges = Vec3::new(0.4, 1.0, 2.0);
             let tilt = Rotation3::from_axis_angle(&axis, std::f64::consts::FRAC_PI_4);
             let turn = tilt * long;
-            // The corner edge that is highest of the lower block, lowest of the upper one.
+            // Highest corner edge of the lower block, lowest of the upper one.
             let arm = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
                 .map(|(i, k)| turn * Vec3::new(0.5 * i * edges.x, 0.5 * k * edges.y, 0.0))
                 .into_iter()
@@ -222,11 +224,12 @@ fn an_edge_has_no_first_face() {
         let off = (0..2).map(|k| (first[k] - other[k]).norm()).fold(0.0, f64::max);
         assert!(off < 1e-10, "{swapped:?}: {off}");
     }
-    // They have met: without it the lower one would be above the other.
+    // The blocks have met: without contact the lower one would be above the other.
     assert!(first[0].z < first[1].z);
 }
 
-/// The dashpot of a contact that is there before a support goes is that of one which comes after.
+/// A contact made before a support ends gets the same dashpot as a contact made without the
+/// support.
 #[test]
 fn dashpots_follow_supports_from_stage_to_stage() {
     let mut thrown = stacked(0.005, 0, false);
@@ -279,7 +282,7 @@ impl JointLaw for Dry {
     }
 }
 
-/// A law of a program's own makes blocks meet as strengths in the deck do.
+/// A law of the program enables contacts, as strengths in the deck do.
 #[test]
 fn a_law_of_ones_own_switches_contact_on() {
     let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
@@ -299,8 +302,8 @@ fn a_law_of_ones_own_switches_contact_on() {
     }
 }
 
-/// What a joint has put into the masses couples nodes that faced each other; after sliding a contact pulls
-/// at others.
+/// The masses of the relaxation include the coupling by the joint of nodes that faced each other.
+/// After sliding, a contact acts on other nodes.
 #[test]
 fn a_deformable_block_that_slid_over_another_is_relaxed() {
     for thickness in [1e-2, 1e-3] {

@@ -1,5 +1,5 @@
-//! Rigid and deformable blocks, joints that break and are let go, contacts, all at once: the same
-//! bits however it is run, looked at, saved and gone on with.
+//! Rigid and deformable blocks, breaking and released joints, and contacts together. Threads,
+//! instruction sets, evaluations, saving and resuming do not change a bit.
 
 use ddem_core::{FIELDS, FORCE, Field, Simd, Simulation};
 use ddem_deck::*;
@@ -8,7 +8,8 @@ use crate::damage::withstands_damage;
 use crate::decks::*;
 use crate::loose::{Piece, add, any_turn, contacts, mass_properties};
 
-/// Two jointed walls, rigid and deformable, on a floor; blocks are thrown at them.
+/// Two jointed walls on a floor, a rigid one with springs and a deformable one with layers. Blocks
+/// are thrown at them.
 pub(crate) fn mixture(kinematics: Kinematics) -> Deck {
     let mut deck = mass_properties(1e8);
     deck.model.gravity = [0.0, 0.0, -9.81];
@@ -50,7 +51,7 @@ pub(crate) fn mixture(kinematics: Kinematics) -> Deck {
             ..BlockSet::default()
         });
     }
-    // A block of each wall is split: joints between faces that do not match, of both kinds.
+    // One block of each wall is split, which makes nonconforming joints of both kinds.
     for set in ["spring", "seam"] {
         let x = Some(Extent::Range([1.0, 2.0]));
         let z = Some(Extent::Range([1.0, 2.0]));
@@ -94,12 +95,12 @@ fn step(simulation: &mut Simulation, steps: usize) {
     }
 }
 
-/// Everything that a run goes on from has the same bits.
+/// Checks that two simulations have the same state, bit by bit.
 fn same(a: &Simulation, b: &Simulation, what: &str) {
     assert!(a.save() == b.save(), "{what}");
 }
 
-/// Whatever can be asked for.
+/// Evaluates everything that a simulation offers.
 fn look(simulation: &mut Simulation) {
     simulation.energy();
     simulation.velocities();
@@ -155,7 +156,7 @@ fn blocks_that_break_and_meet_have_the_same_bits_however_they_are_run() {
 fn fields_in_pieces_of_any_size_are_those_at_once() {
     let mut deck = mixture(Kinematics::Corotational);
     deck.model.peaks = true;
-    // More values than one thread fills.
+    // The fields have more values than one thread fills.
     deck.blocks[2].divisions = 8;
     let mut simulation = started(&deck, Simd::default(), Damping::None);
     step(&mut simulation, STEPS);
@@ -245,7 +246,7 @@ fn blocks_that_break_and_meet_go_on_from_any_step() {
     }
 }
 
-/// Rigid blocks, broken joints and contacts from damaged bytes.
+/// Damaged states with rigid blocks, broken joints and contacts.
 #[test]
 fn damaged_blocks_that_break_and_meet_are_refused_or_run() {
     let deck = mixture(Kinematics::Corotational);

@@ -1,4 +1,4 @@
-//! Joints between faces that do not match that fail and slide, and go on bit for bit.
+//! Nonconforming joints that fail and slide, and resume with the same bits.
 
 use ddem_core::{FIELDS, Relaxed, Saved, Simd, Simulation};
 use ddem_deck::*;
@@ -6,7 +6,7 @@ use ddem_deck::*;
 use crate::decks::*;
 use crate::refine::{layers, range, refine};
 
-/// The lower half is split; a weak joint between the halves.
+/// Blocks with a weak joint between an upper half and a split lower half.
 fn halves() -> Deck {
     let mut deck = layers(0.0);
     deck.refine = vec![refine(range(2, 0.0, 1.0), 2)];
@@ -28,12 +28,12 @@ fn halves() -> Deck {
     deck
 }
 
-/// Pulled up slowly it fails where force over area is the strength, in tension.
+/// Pulled up slowly, the joint fails at its tensile strength as force over area.
 #[test]
 fn it_fails_at_its_strength() {
     let strongest = |traction: f64| {
         let mut deck = halves();
-        // Laterally held: the stress is uniform.
+        // Lateral supports make the stress uniform.
         deck.fix = vec![fix(plane(2, 0.0), "xyz"), fix(Where::default(), "xy")];
         let pull = Some([0.0, 0.0, traction]);
         deck.load.push(Load { region: plane(2, 2.0), traction: pull, ..Load::default() });
@@ -52,7 +52,7 @@ fn it_fails_at_its_strength() {
     assert!(!held && failed[1] > 0 && failed[0] == 0, "{failed:?}");
 }
 
-/// Sheared beyond its strength it slides, and what friction and fracture take balances.
+/// Sheared beyond its strength, the joint slides, and friction and fracture energies balance.
 #[test]
 fn it_slides_with_friction() {
     let mut deck = halves();
@@ -72,7 +72,8 @@ fn it_slides_with_friction() {
     assert!(energy.balance.abs() < 1e-2 * energy.kinetic, "{energy:?}");
 }
 
-/// Without contacts joints keep their pairs however far they have slid, those whose faces match as others.
+/// Without contacts, joints keep their pairs for any slip. This holds for conforming joints beside
+/// nonconforming ones, too.
 #[test]
 fn pairs_are_kept_where_no_contacts_are_looked_for() {
     for split in [true, false] {
@@ -80,7 +81,7 @@ fn pairs_are_kept_where_no_contacts_are_looked_for() {
         deck.model.gravity = [0.0, 0.0, -10.0];
         deck.model.contact = Some(false);
         if !split {
-            // Beside a joint that matches one that does not.
+            // A conforming joint beside a nonconforming one.
             deck.refine = vec![refine(range(0, 0.0, 1.0), 2)];
             deck.joints.values_mut().for_each(|joint| joint.cohesion = Some(1e3));
         }
@@ -107,7 +108,7 @@ fn state(simulation: &mut Simulation) -> (Vec<u64>, Vec<u64>, [u64; 2]) {
     (bits(simulation.displacements()), bits(simulation.tractions()), simulation.failed_pairs())
 }
 
-/// One block on four of another set, which lie otherwise; a weak joint between the sets.
+/// One block on four offset blocks of another set, with a weak joint between the sets.
 fn sets(body: Body) -> Deck {
     let mut deck = deck([2, 2, 1], [2.0, 2.0, 1.0], 1, 0.0);
     let spring = |strength: f64| Joint {
@@ -131,8 +132,8 @@ fn sets(body: Body) -> Deck {
     deck
 }
 
-/// Looked at, saved and gone on with at any step while it breaks and slides: the same bits. Where blocks are
-/// split, and between sets, of deformable and of rigid blocks.
+/// Evaluating, saving and resuming at any step of breaking and sliding changes no bit. The joints
+/// lie at split blocks and between sets, of deformable and of rigid blocks.
 #[test]
 fn it_goes_on_bit_for_bit() {
     let rigid = || {

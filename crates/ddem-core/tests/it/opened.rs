@@ -1,4 +1,4 @@
-//! Boundaries and loads on what is there from the stage on in which they come into force.
+//! Boundaries and loads act on the blocks that are present in the stage where they start.
 
 use ddem_core::Simulation;
 use ddem_deck::*;
@@ -18,7 +18,7 @@ fn boundary(region: Where, kind: BoundaryKind, from: Option<&str>) -> Boundary {
     Boundary { region, kind, velocity: None, history: None, from, until: None }
 }
 
-/// Blocks of 1 m³ that nothing holds, some of which go in the stage `dig`.
+/// Blocks of 1 m³ without supports, some of which are removed in the stage `dig`.
 fn excavated(count: [u32; 3], removed: Option<Where>) -> Deck {
     let mut deck = deck(count, count.map(f64::from), 2, 0.02);
     if let Some(section) = deck.joints.get_mut("seam") {
@@ -30,8 +30,8 @@ fn excavated(count: [u32; 3], removed: Option<Where>) -> Deck {
     deck
 }
 
-/// A face that an excavation opens answers the velocity v by −ρ c_P v from that stage on: 3 km/s of
-/// 2400 kg/m³ on a square metre.
+/// A face that an excavation opens resists the velocity v with −ρ c_P v from that stage on: 3 km/s
+/// and 2400 kg/m³ on one square metre.
 #[test]
 fn a_face_that_is_opened_has_its_boundary() {
     let mut deck = excavated([1, 1, 4], Some(within([0.0, 1.0], [2.0, 4.0])));
@@ -42,7 +42,7 @@ fn a_face_that_is_opened_has_its_boundary() {
     simulation.set_velocities(&moving);
     let answer: f64 = simulation.forces().iter().map(|force| force[2]).sum();
     assert!((answer / (-2400.0 * 3000.0) - 1.0).abs() < 1e-12, "{answer}");
-    // It is not there before, and the old top not any more.
+    // The face does not exist before, and the old top does not exist any more.
     deck.boundary[0].from = None;
     refused(&deck, &["boundary[0].where", "no outer face"]);
     deck.boundary[0] = boundary(plane(2, 4.0), BoundaryKind::Viscous, Some("dig"));
@@ -51,7 +51,8 @@ fn a_face_that_is_opened_has_its_boundary() {
     model(&deck);
 }
 
-/// A wall of the hole has no rock behind it, and dashpots that another entry keeps from moving are said.
+/// Warnings refer to that stage: a wall of the hole has no rock behind it, and another entry may
+/// fix the nodes of dashpots.
 #[test]
 fn what_is_said_is_of_that_stage() {
     let mut deck = excavated([3, 1, 3], Some(within([1.0, 2.0], [1.0, 2.0])));
@@ -61,7 +62,7 @@ fn what_is_said_is_of_that_stage() {
     let warnings = crate::decks::warnings(&deck);
     let walls = "boundary[0].where: 4 faces lie where blocks have been removed";
     assert!(warnings.len() == 1 && warnings[0].starts_with(walls), "{warnings:?}");
-    // Half of the nodes are held, but those are gone.
+    // Half of the nodes are fixed, but they have been removed.
     let mut deck = excavated([2, 1, 1], Some(within([0.0, 1.0], [0.0, 1.0])));
     deck.boundary.push(boundary(plane(2, 0.0), BoundaryKind::Viscous, Some("dig")));
     deck.fix.push(fix(within([0.0, 0.99], [0.0, 1.0]), "xyz"));
@@ -71,7 +72,8 @@ fn what_is_said_is_of_that_stage() {
     assert!(warnings.len() == 1 && warnings[0].contains("9 of 18 nodes"), "{warnings:?}");
 }
 
-/// A boundary of before has half of a joint that goes later: the rest of the face may still be taken.
+/// An earlier boundary includes half of a joint that is removed later. Another boundary may still
+/// take the rest of the face.
 #[test]
 fn parts_of_faces_beside_a_hole_are_taken_once() {
     let mut deck = excavated([2, 1, 1], Some(within([1.0, 2.0], [0.0, 1.0])));
@@ -83,18 +85,18 @@ fn parts_of_faces_beside_a_hole_are_taken_once() {
     refused(&deck, &["boundary[1].where", "that boundary 0 has"]);
 }
 
-/// What stands under a free field.
+/// Base of a free field.
 #[derive(Clone, Copy, PartialEq)]
 enum Base {
-    /// Dashpots, and a wave.
+    /// Dashpots with an incoming wave.
     Viscous,
-    /// Moved by a support.
+    /// Support with a velocity.
     Driven,
-    /// The same, and everything with it along y.
+    /// The same, and all nodes driven along y.
     Slab,
 }
 
-/// Displacements and velocities of free-field columns that are shaken from below for a while.
+/// Displacements and velocities of free-field columns after shaking from below.
 fn columns(base: Base, from: Option<&str>, damping: Damping, removed: Option<Where>) -> Vec<f64> {
     let mut deck = excavated([2, 1, 4], removed);
     let velocity = Some([1.0, 0.4, 0.5]);
@@ -131,20 +133,20 @@ fn columns(base: Base, from: Option<&str>, damping: Damping, removed: Option<Whe
     simulation.column_levels().into_flattened().into_flattened()
 }
 
-/// Free ground behind a side goes on beside a hole, and ends where the model does.
+/// The free field of a side continues beside a hole, and ends where the model ends.
 #[test]
 fn columns_of_free_ground_pass_holes() {
     let columns = |removed| columns(Base::Viscous, Some("dig"), Damping::None, removed);
     let level = columns(None);
-    // Three lines of twelve levels, a displacement and a velocity each.
+    // Three lines of twelve levels, with one displacement and one velocity each.
     assert_eq!(level.len(), 3 * 12 * 6);
     let hole = columns(Some(within([0.0, 1.0], [2.0, 3.0])));
     assert_eq!(level, hole);
     assert_eq!(columns(Some(within([0.0, 2.0], [2.0, 4.0]))).len(), 3 * 6 * 6);
 }
 
-/// Beside a hole the ground is damped and held as it was, and at its foot, too; whenever what does it came
-/// into force.
+/// Beside a hole, and at its foot, the free field keeps its damping and supports, whichever stage
+/// they started in.
 #[test]
 fn columns_are_damped_and_held_beside_holes_as_they_were() {
     let (middle, foot) = (within([0.0, 1.0], [1.0, 2.0]), within([0.0, 1.0], [0.0, 1.0]));
@@ -168,13 +170,13 @@ fn columns_are_damped_and_held_beside_holes_as_they_were() {
                 let off = differs(&of(damping, Some(removed.clone())));
                 assert!(off < 1e-11, "{damping:?}, {from:?}: {off}");
             }
-            // The damping is seen.
+            // The damping has an effect.
             assert!(!undamped || differs(&of(Damping::None, None)) > 0.01, "{damping:?}");
         }
     }
 }
 
-/// A face on a part of which a block stands is whole when that is gone.
+/// A face that a block covers in part is whole after the block is removed.
 #[test]
 fn loads_find_faces_that_are_whole_by_then() {
     let mut deck = excavated([1, 1, 1], None);

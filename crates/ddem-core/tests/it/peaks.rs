@@ -1,4 +1,4 @@
-//! The largest velocities and stresses of a run.
+//! Peak velocities and peak stresses of a run.
 
 use ddem_core::{Field, Simd, Simulation};
 use ddem_deck::{Damping, Deck, Extent, History, Initial, Load, Sphere, TimeStep, Where};
@@ -6,19 +6,19 @@ use ddem_deck::{Damping, Deck, Extent, History, Initial, Load, Sphere, TimeStep,
 use crate::damage::withstands_damage;
 use crate::decks::*;
 
-/// A bar along x that cannot widen, pushed at x = 0 for a while by a pressure that comes and goes.
+/// Laterally confined bar along x with a pressure pulse at x = 0.
 fn bar(pressure: f64, joint: f64) -> Deck {
     let mut deck = deck([20, 1, 1], [10.0, 0.5, 0.5], 4, joint);
     if let (Some(rock), Some(section)) =
         (deck.materials.get("rock").copied(), deck.joints.get_mut("seam"))
     {
-        // Of the same matter: no wave is turned back at a joint.
+        // Joints of the rock's material, so that no wave is reflected at them.
         deck.materials.insert("clay".into(), rock);
         section.material = Some("rock".into());
     }
     deck.model.peaks = true;
     deck.fix.push(fix(Where::default(), "yz"));
-    // sin² within 1.6 ms: a wave 4.8 m long.
+    // sin² pulse of 1.6 ms: a wave 4.8 m long.
     let part = |k: u32| f64::from(k) / 64.0;
     let row = |k| [1.6e-3 * part(k), (std::f64::consts::PI * part(k)).sin().powi(2)];
     let history = History::Table((0..=64).map(row).collect());
@@ -52,7 +52,7 @@ fn peaks_of_a_plane_wave_are_its_amplitude() {
     // λ + 2G of the rock, and the speed of its compression waves.
     let modulus: f64 = 18e9 * 0.75 / (1.25 * 0.5);
     let c = (modulus / 2400.0).sqrt();
-    // The wave begins at 10 m and ends at 5.2 m, and nothing has come back.
+    // The front of the wave is at 10 m, its end at 5.2 m; nothing has been reflected yet.
     run(&mut simulation, 10.0 / c);
     let expected = 1e6 / (2400.0 * c);
     let speeds = field(&mut simulation, "peak_velocity");
@@ -90,7 +90,7 @@ fn what_is_thrown_has_the_peak_of_its_start_and_rest_has_none() {
     assert!(field(&mut thrown, "peak_tension").iter().all(|s| s.abs() < 1.0));
 }
 
-/// What relaxation passes through on its way is no peak, what it comes to is one.
+/// Intermediate states of a relaxation are no peaks; its equilibrium is.
 #[test]
 fn a_relaxation_leaves_its_equilibrium_alone() {
     let mut deck = bar(0.0, 0.01);
@@ -112,7 +112,7 @@ fn nobody_pays_who_does_not_ask() {
     assert!(ddem_core::fields(free.model()).all(|field| !field.name.starts_with("peak")));
     assert!(free.peak_velocities().is_empty() && free.peak_stresses().is_empty());
     deck.model.peaks = true;
-    // A speed of each node, and two stresses of each element.
+    // One speed per node and two stresses per element.
     let (n, elements) = (free.model().n_nodes(), free.model().n_elements());
     let bytes = |simulation: &Simulation| simulation.save().bytes().len();
     assert!(bytes(&simulation(&deck)) >= bytes(&free) + 8 * n + 16 * elements);
@@ -158,7 +158,7 @@ fn peaks_are_the_same_bits_after_a_restart_and_on_any_threads() {
     withstands_damage(&deck, &rebuilt.save(), 200);
 }
 
-/// A block that is turned and stretched, and has peaks of its stresses from a look at each step.
+/// A rotated and stretched block: peaks are the principal values of its stresses.
 #[test]
 fn peaks_are_the_principal_values_of_the_stresses() {
     let mut deck = with_axes(deck([1, 1, 1], [1.0; 3], 2, 0.01), OBLIQUE);
@@ -172,7 +172,8 @@ fn peaks_are_the_principal_values_of_the_stresses() {
     let step = TimeStep::Seconds(1e-6);
     simulation.start(Damping::None, step, None).unwrap_or_else(|error| panic!("{error}"));
     let mut expected = vec![[0.0_f64; 2]; simulation.model().n_elements()];
-    // A quarter of a crossing of half a metre takes 41 steps of a microsecond: look when peaks do.
+    // Peaks are sampled after a quarter of the time that a wave takes to cross half a metre: 41
+    // steps of a microsecond. The reference is taken at the same step.
     for at in 1..=41 {
         simulation.step().unwrap_or_else(|error| panic!("{error}"));
         if simulation.peak_stresses().iter().any(|peak| *peak != [0.0; 2]) {

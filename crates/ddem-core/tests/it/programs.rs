@@ -1,5 +1,5 @@
-//! What programs do to a simulation that decks cannot: forces of their own, histories that they
-//! compute, stopping what takes long.
+//! Features for programs beyond decks: own forces, computed histories, and stopping long
+//! operations.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,7 +11,7 @@ use ddem_deck::*;
 use crate::decks::*;
 use crate::hollows::{everywhere, gas, hollow};
 
-/// A pillar of three blocks on a rough floor, and a push at its top.
+/// Pillar of three blocks on a fixed base, with a traction at its top.
 fn pillar(history: Option<History>) -> Deck {
     let mut deck = deck([1, 1, 3], [1.0, 1.0, 3.0], 2, 0.01);
     deck.model.gravity = [0.0, 0.0, -9.81];
@@ -34,10 +34,10 @@ fn steps(simulation: &mut Simulation, count: usize) {
     }
 }
 
-/// Nodes of the top, and the load of the deck on them.
+/// Top nodes, and nodal forces equal to the load of the deck.
 fn push(model: &Model) -> (Vec<u32>, Vec<[f64; 3]>) {
     let nodes = plane(2, 3.0).nodes(model).unwrap();
-    // Corners, edges and the middle of 2 × 2 elements.
+    // Corner, edge and middle nodes of 2 × 2 elements.
     let share = |node: u32| {
         let [x, y, _] = model.point(node as usize);
         let inner = [x, y].iter().filter(|&&x| x == 0.5).count();
@@ -75,14 +75,14 @@ fn forces_of_a_program_replace_what_it_applied_before() {
     let top = plane(2, 3.0).nodes(simulation.model()).unwrap()[0];
     let pull = |simulation: &mut Simulation| simulation.forces()[top as usize][1];
     let before = pull(&mut simulation);
-    // Entries of one call add up, ...
+    // Entries of one call add up.
     simulation.apply_force(&[top, top], &[[0.0, 5.0, 0.0], [0.0, 2.0, 0.0]]);
     assert!((pull(&mut simulation) - before - 7.0).abs() < 1e-9);
-    // ... those of another replace them, whatever stage begins, ...
+    // Those of another call replace them, also when a stage begins.
     simulation.apply_force(&[top], &[[0.0, 3.0, 0.0]]);
     simulation.enter(0).unwrap_or_else(|error| panic!("{error}"));
     assert!((pull(&mut simulation) - before - 3.0).abs() < 1e-9);
-    // ... also in a simulation that was saved.
+    // They are also part of a saved simulation.
     let saved = simulation.save();
     let mut restored = Simulation::restore(model(&free), Simd::default(), &saved)
         .unwrap_or_else(|error| panic!("{error}"));
@@ -91,7 +91,7 @@ fn forces_of_a_program_replace_what_it_applied_before() {
     assert!((pull(&mut simulation) - before).abs() < 1e-9);
 }
 
-/// The relaxed column hangs at a spring of known stiffness: its own.
+/// The reaction of the base balances the forces of the program.
 #[test]
 fn a_relaxation_bears_the_forces_of_a_program() {
     let mut free = Deck { load: Vec::new(), ..pillar(None) };
@@ -140,7 +140,7 @@ fn a_history_that_fails_moves_nothing() {
     let RunError::History { entry, time, message } = &error else { panic!("{error}") };
     assert_eq!((entry.as_str(), message.as_str()), ("load[0]", "it is late"));
     assert!(*time >= 1e-4);
-    // Looking at it is no step, and does not fail.
+    // Evaluating the energy is no step and gives no error.
     assert!(simulation.energy().balance.is_finite());
     assert_eq!(simulation.start_relaxation(1), Err(error));
 }
@@ -168,8 +168,8 @@ fn steps_out_of_all_proportion_are_refused() {
     assert!(start(TimeStep::Seconds(1e-7), None).is_ok());
 }
 
-/// What a relaxation knows is not asked for again: one that a checkpoint has goes on when the program has no
-/// more factors.
+/// A relaxation does not ask again for known factors. Resumed from a checkpoint, it continues
+/// although the program has no more factors.
 #[test]
 fn a_relaxation_goes_on_without_asking_for_histories() {
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
@@ -211,7 +211,7 @@ fn a_relaxation_goes_on_without_asking_for_histories() {
     assert_eq!(bits(&whole.displacements()), bits(&parts.displacements()));
 }
 
-/// Dry friction, which the deck does not know.
+/// Dry friction as a law of the program.
 #[derive(Debug)]
 struct Friction(f64);
 
@@ -229,7 +229,7 @@ impl JointLaw for Friction {
     }
 }
 
-/// Cohesion that a program has computed.
+/// Cohesion as a law of the program.
 #[derive(Debug)]
 struct Cohesion(f64);
 
@@ -260,7 +260,7 @@ fn laws_without_a_strength_are_refused() {
     assert!(model.set_law("seam", Arc::new(Cohesion(f64::INFINITY))).is_ok());
 }
 
-/// A law made of functions, to be spoilt one by one.
+/// Law made of functions that the test replaces by wrong ones, one at a time.
 #[derive(Clone, Copy, Debug)]
 struct Odd {
     tension: f64,
@@ -322,7 +322,7 @@ impl JointLaw for Odd {
     }
 }
 
-/// Tension alone.
+/// Law with tensile strength only.
 #[derive(Debug)]
 struct Frictionless;
 
@@ -370,11 +370,11 @@ fn laws_that_would_make_energy_or_never_fail_are_refused() {
     for law in [SOUND, Odd { tan: None, ..SOUND }] {
         assert!(model.set_law("seam", Arc::new(law)).is_ok());
     }
-    // No failure is seen before a shear that is more than rounding.
+    // The check finds no failure unless the shear exceeds rounding, so it accepts this law.
     assert!(model.set_law("seam", Arc::new(Frictionless)).is_ok());
 }
 
-/// Factor of safety of a slab on a held one, whose joint has friction of 35°.
+/// Factor of safety of a slab on a fixed one; their joint has friction of 35°.
 fn safety(deck: &Deck, function: Option<Arc<Function>>) -> f64 {
     let mut model = model(deck);
     let set = model.set_law("seam", Arc::new(Friction(35_f64.to_radians().tan())));
@@ -411,7 +411,7 @@ fn a_factor_of_safety_is_that_of_laws_and_histories_of_a_program() {
     assert_eq!(pushed(8e3, Some(half)).to_bits(), pushed(4e3, None).to_bits());
 }
 
-/// A block that slides until contacts take the place of its joint keeps the friction of a law of the program's own.
+/// A block that slides until contacts replace its joint keeps the friction of the program's law.
 #[test]
 fn contacts_have_the_friction_of_a_law_of_ones_own() {
     let mut deck = deck([1, 1, 2], [2.0, 2.0, 1.0], 4, 0.01);

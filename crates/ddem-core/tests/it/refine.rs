@@ -1,4 +1,4 @@
-//! Blocks that are split, sets that touch, and the joints between faces that do not match.
+//! Split blocks, sets that touch, and nonconforming joints.
 
 use ddem_core::{Fault, Relaxed, Simulation};
 use ddem_deck::{
@@ -19,8 +19,8 @@ pub(crate) fn refine(region: Where, factor: u32) -> Refine {
     Refine { region, factor }
 }
 
-/// 2 × 2 × 3 blocks of 1 m whose joints are springs of rock over a tenth of a metre; the lower two layers
-/// are split in two, the lowest again in three.
+/// 2 × 2 × 3 blocks of 1 m whose joints are as stiff as rock over a tenth of a metre. The lower two
+/// layers are split in two, the lowest again in three.
 pub(crate) fn layers(thickness: f64) -> Deck {
     let mut deck = deck([2, 2, 3], [2.0, 2.0, 3.0], 2, thickness);
     let springs = Joint {
@@ -46,8 +46,8 @@ fn relaxed(deck: &Deck) -> Simulation {
     panic!("not in equilibrium: {:e}", simulation.unbalanced());
 }
 
-/// A uniform stress crosses joints between coarse and fine blocks: exactly, but for the single precision
-/// in which points lie on faces.
+/// A uniform stress crosses joints between coarse and fine blocks exactly, apart from the single
+/// precision of the points on faces.
 #[test]
 fn a_uniform_stress_passes() {
     for kinematics in [Kinematics::Small, Kinematics::Corotational] {
@@ -62,7 +62,7 @@ fn a_uniform_stress_passes() {
         for stress in simulation.stresses() {
             for (c, s) in stress.into_iter().enumerate() {
                 let exact = if c == 2 { -1e6 } else { 0.0 };
-                // Corotational blocks turn by nothing, and get shorter by 1e-4.
+                // Corotational blocks do not rotate, but shorten by 1e-4.
                 assert!((s - exact).abs() < 2e-6 * 1e6 + 1e-4 * f64::abs(exact), "{stress:?}");
             }
         }
@@ -75,7 +75,7 @@ fn a_uniform_stress_passes() {
     }
 }
 
-/// Two sets of other divisions and another shift are joined where they touch.
+/// Two sets with different divisions and positions are joined where they touch.
 #[test]
 fn sets_that_touch_are_joined() {
     let mut deck = layers(0.0);
@@ -99,13 +99,13 @@ fn sets_that_touch_are_joined() {
             assert!((s - exact).abs() < 1e-5 * 1e6, "{stress:?}");
         }
     }
-    // A set without a joint is in contact at most.
+    // A set without a joint can only be in contact.
     deck.model.contact = Some(false);
     deck.blocks[1].joint = None;
     deck.blocks[1].count = None;
     let loose = deck.build().err().map(|error| error.faults).unwrap_or_default();
     assert!(loose.iter().any(|fault| fault.message.contains("rigid body")), "{loose:?}");
-    // And a joint may be assigned there.
+    // An assigned joint connects the set.
     deck.assign.push(Assign {
         region: plane(2, 1.0),
         joint: Some("seam".into()),
@@ -129,7 +129,8 @@ fn thrown(thickness: f64) -> Simulation {
     simulation
 }
 
-/// Turning and flying free: momentum and moment of momentum to rounding, energy to the order of the step.
+/// Free flight with rotation keeps momentum and angular momentum to rounding, and energy to the
+/// order of the time step.
 #[test]
 fn momentum_is_exact() {
     for thickness in [0.0, 0.01] {
@@ -143,7 +144,7 @@ fn momentum_is_exact() {
         let (after, turned) = (simulation.momentum(), simulation.angular_momentum());
         let size = |v: [f64; 3]| Vec3::from(v).norm();
         assert!((Vec3::from(after) - Vec3::from(before)).norm() < 1e-12 * size(before));
-        // The two are half a step apart.
+        // Positions and velocities are half a step apart.
         let off = (Vec3::from(turned) - Vec3::from(spin)).norm() / size(spin);
         assert!(off < 1e-10, "{thickness} {off:e}");
         let energy = simulation.energy();
@@ -151,7 +152,7 @@ fn momentum_is_exact() {
     }
 }
 
-/// Rigid motions of any size make no force.
+/// Rigid motions of any size cause no force.
 #[test]
 fn rigid_motions_make_no_force() {
     let mut simulation = thrown(0.01);
@@ -165,7 +166,7 @@ fn rigid_motions_make_no_force() {
         .collect();
     simulation.set_displacements(&moved);
     let worst = simulation.tractions().iter().flatten().fold(0.0, |most: f64, t| most.max(t.abs()));
-    // Rounding of displacements times the stiffness of springs.
+    // Rounding of displacements times the stiffness of the springs.
     assert!(worst < 1e-13 * 2e11 * 10.0, "{worst:e}");
 }
 
@@ -196,7 +197,7 @@ fn what_cannot_be_split_is_said() {
     assert!(bare.contains("blocks need a joint between"), "{bare}");
 }
 
-/// Layers between faces that do not match have their mass: of one density, a body has that of its volume.
+/// Layers of nonconforming joints have mass: with one density the model has the mass of its volume.
 #[test]
 fn layers_of_joints_have_their_mass() {
     for factor in [2, 3] {
@@ -210,7 +211,7 @@ fn layers_of_joints_have_their_mass() {
     }
 }
 
-/// Gas pushes joints, and says so of those that it does not.
+/// A warning counts the joints on which the gas does not act.
 #[test]
 fn charges_say_what_they_do_not_push() {
     let mut deck = deck([2, 3, 2], [2.0, 3.0, 2.0], 2, 0.02);
@@ -226,7 +227,7 @@ fn charges_say_what_they_do_not_push() {
     assert!(!warned(&mut deck, 1.2));
 }
 
-/// The joint between two sets is that of the later one, not that of a plane inside of it.
+/// The joint between two sets is that of the later set, not one assigned on a plane inside it.
 #[test]
 fn an_inner_plane_is_none_of_the_interface() {
     let mut deck = layers(0.0);
@@ -262,7 +263,8 @@ fn an_inner_plane_is_none_of_the_interface() {
     assert_eq!(numbers(&deck), [[weak], [section]]);
 }
 
-/// Sets that touch have no room for a layer, and a face on which another stands in part bears no load.
+/// Sets that touch leave no room for a layer, and a face that another block covers in part carries
+/// no load.
 #[test]
 fn sets_that_touch_have_their_own_mass_and_whole_faces() {
     let mut deck = deck([2, 2, 1], [4.0, 4.0, 1.0], 2, 0.05);

@@ -1,11 +1,11 @@
-//! A saved simulation goes on with the same bits; scratch space holds no information.
+//! A saved simulation continues with the same bits; scratch space holds no state.
 
 use ddem_core::{Relaxed, Saved, Simd, Simulation};
 use ddem_deck::{Damping, Deck, Extent, Fix, History, Kinematics, Load, TimeStep};
 
 use crate::decks::*;
 
-/// Two stages: weight and a ramp; a driven side.
+/// Two stages with weight, a ramped load and a driven side.
 fn jointed() -> Deck {
     let mut deck = with_axes(deck([3, 2, 2], [3.0, 2.0, 2.0], 2, 0.02), LEANING);
     deck.model.gravity = [0.0, 0.0, -9.81];
@@ -43,7 +43,7 @@ fn start(simulation: &mut Simulation, damping: Damping) {
     start.unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// Everything that can be seen, as bits.
+/// All outputs, as bits.
 fn seen(simulation: &mut Simulation) -> Vec<u64> {
     let nodes: Vec<u32> = (0..simulation.model().n_nodes() as u32).collect();
     let mut seen = bits(&simulation.displacements());
@@ -91,7 +91,7 @@ fn an_interrupted_run_ends_as_one_that_was_not() {
     for damping in DAMPINGS {
         let mut whole = simulation(&deck);
         start(&mut whole, damping);
-        // Rebuilt at every step: whatever scratch space holds would be lost.
+        // Rebuilt at every step, so that state kept in scratch space would be lost.
         let mut rebuilt = again(&deck, &whole.save());
         for at in 0..60 {
             step(&mut whole);
@@ -103,7 +103,7 @@ fn an_interrupted_run_ends_as_one_that_was_not() {
     }
 }
 
-/// Relaxes until it has gone on `steps` times or is done.
+/// Relaxes for at most `steps` steps; returns true at equilibrium.
 fn relax(simulation: &mut Simulation, steps: usize) -> bool {
     (0..steps).any(|_| match simulation.relax_step(1e-6) {
         Ok(relaxed) => relaxed == Relaxed::Done,
@@ -131,7 +131,7 @@ fn a_relaxation_goes_on_from_any_step() {
     assert!(seen(&mut rebuilt) == seen(&mut whole), "at the end");
 }
 
-/// From a static stage through a checkpoint into a dynamic one, and through another into the next.
+/// A resume after a static stage and one between two dynamic stages.
 #[test]
 fn stages_go_on_from_a_checkpoint_between_them() {
     let deck = jointed();
@@ -159,8 +159,8 @@ fn stages_go_on_from_a_checkpoint_between_them() {
     assert!(energy.balance.abs() < 1e-3 * energy.external.abs(), "{energy:?}");
 }
 
-/// `increments` bring loads in equal parts, from what they were: displacements of the linear model
-/// follow them.
+/// `increments` apply loads in equal parts from their previous values: displacements of the linear
+/// model follow them.
 #[test]
 fn increments_bring_loads_in_equal_parts() {
     let mut deck = jointed();
@@ -184,18 +184,18 @@ fn increments_bring_loads_in_equal_parts() {
         parts
     };
     let near = |a: Vec3, b: Vec3, size: f64| assert!((a - b).norm() < 1e-5 * size, "{a} {b}");
-    // Weight comes in three parts from nothing; the ramp stands at zero.
+    // Weight is applied in three parts from zero; the ramp is still at zero.
     let weight = relax(3, 0);
     for (i, part) in weight.iter().enumerate() {
         near(*part, weight[2] * (i + 1) as f64 / 3.0, weight[2].norm());
     }
-    // The second load comes in two parts on top of it.
+    // The second load is added in two parts.
     let loaded = relax(2, 1);
     near(loaded[0], (weight[2] + loaded[1]) / 2.0, loaded[1].norm());
     assert!((loaded[1] - weight[2]).norm() > 0.1 * weight[2].norm());
 }
 
-/// A stack of rigid blocks on joints without any bond, pushed so that it opens and slides.
+/// Stack of rigid blocks on joints without bond, pushed so that it opens and slides.
 fn dry() -> Deck {
     let mut deck = deck([2, 1, 3], [2.0, 1.0, 3.0], 1, 0.0);
     deck.blocks[0].body = ddem_deck::Body::Rigid;
@@ -221,8 +221,8 @@ fn dry() -> Deck {
     deck
 }
 
-/// Joints without strength are let go in the steps around the one that waits for the first failure: saved
-/// and resumed at any of these the run is the same, on any number of threads.
+/// Joints without strength are released in the steps around the one that waits for the first
+/// failure. A run saved and resumed at any of these steps is the same, on any number of threads.
 #[test]
 fn joints_without_strength_go_on_from_any_step_on_any_number_of_threads() {
     let deck = dry();
@@ -239,7 +239,7 @@ fn joints_without_strength_go_on_from_any_step_on_any_number_of_threads() {
             step(&mut simulation);
             failed.push(simulation.failed_pairs().iter().sum());
             released = crate::loose::contacts(&mut simulation)[1];
-            // All of the first steps, where failure begins, and some after.
+            // All of the first steps with failures, and some later ones.
             let early = failed.iter().filter(|&&failed| failed > 0).count() < 20;
             if every > 0 && (early || simulation.steps().is_multiple_of(every)) {
                 let saved = simulation.save();

@@ -5,7 +5,7 @@ use ddem_deck::Deck;
 use ddem_deck::{BlockSet, Body, Joint, JointChoice, Material};
 use nalgebra::{Rotation3, Vector3};
 
-/// Two rigid blocks joined by springs, deck for a start.
+/// Deck of two rigid blocks joined by springs.
 fn pair() -> Deck {
     let mut deck = Deck::default();
     deck.materials.insert("rock".into(), Material { density: 2400.0, young: 18e9, poisson: 0.25 });
@@ -27,7 +27,7 @@ fn pair() -> Deck {
     deck
 }
 
-/// The displacements that put the two blocks where their shifts and turns say.
+/// Displacements that give the two blocks their shifts and rotations.
 fn displacements(model: &Model, motions: &[(Vector3<f64>, Vector3<f64>)]) -> Vec<[f64; 3]> {
     let place = |node: usize| {
         let block = model.block_of(node);
@@ -79,7 +79,7 @@ fn forces_follow_from_the_energy() {
     }
 }
 
-/// Rounding of the corners of a block that has turned is no strain.
+/// Rounding at the corners of a rotated block causes no strain.
 #[test]
 fn rigid_blocks_have_no_stress() {
     let mut simulation = Simulation::new(pair().build().unwrap());

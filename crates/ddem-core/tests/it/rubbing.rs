@@ -1,4 +1,4 @@
-//! Contacts that take the place of a joint bear what its law leaves to bare faces.
+//! Contacts that replace a joint carry the strength that its law leaves to bare faces.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use ddem_deck::*;
 
 use crate::decks::*;
 
-/// Slope of all that slides here, steeper than any friction `[degrees]`.
+/// Slope of all sliding blocks, steeper than any friction `[degrees]`.
 const SLOPE: f64 = 60.0;
 /// Density of the blocks times their height `[kg/m²]`.
 const HEAVY: f64 = 2400.0 * 0.1;
@@ -21,7 +21,7 @@ fn barton(pressure: f64) -> f64 {
     pressure * (JRC * (JCS / pressure).log10() + BASIC).to_radians().tan()
 }
 
-/// Roughness that sliding does not wear, and some cohesion that opening takes.
+/// Law with roughness that sliding does not wear, and cohesion that opening removes.
 #[derive(Debug)]
 struct Rough {
     cohesion: f64,
@@ -45,8 +45,9 @@ fn section(normal: f64) -> Joint {
     Joint { normal_stiffness: Some(normal), shear_stiffness: Some(normal), ..Joint::default() }
 }
 
-/// A rigid slab of 2 × 2 × 0.1 m, so flat that the pressure under it is almost even, on a held bed of 4 × 4 m that it does not leave, pulled down a slope by a gravity; of
-/// two sets, so that the overlap stays as it is.
+/// Rigid slab of 2 × 2 × 0.1 m on a fixed bed of 4 × 4 m, which it does not leave; gravity pulls it
+/// down a slope. The slab is so flat that the pressure below it is almost uniform. Slab and bed are
+/// two sets, so their overlap is constant.
 fn slab(gravity: f64, joint: Joint) -> Deck {
     let mut deck = deck([1, 1, 1], [2.0, 2.0, 0.1], 1, 0.0);
     deck.joints = [("seam".to_owned(), joint)].into();
@@ -80,8 +81,8 @@ fn until(simulation: &mut Simulation, x: f64) -> [f64; 2] {
     panic!("it does not slide: {:?}", simulation.displacement(top));
 }
 
-/// Shear strength that contacts show: what is missing in the acceleration of the slab from 1.2 to 1.7 m. Its joint is let
-/// go after 1 m.
+/// Shear strength of the contacts from the acceleration of the slab between 1.2 and 1.7 m. Its
+/// joint is released after 1 m.
 fn resistance(model: ddem_core::Model, gravity: f64) -> f64 {
     let mut simulation = Simulation::new(model);
     let started = simulation.start(Damping::None, TimeStep::Auto, None);
@@ -95,7 +96,7 @@ fn resistance(model: ddem_core::Model, gravity: f64) -> f64 {
     HEAVY * (gravity * SLOPE.to_radians().sin() - acceleration)
 }
 
-/// At 7 kPa, 70 kPa and 1.1 MPa: no slope is right for two of them.
+/// Pressures of 7 kPa, 70 kPa and 1.1 MPa: no constant friction fits two of them.
 #[test]
 fn contacts_have_the_roughness_of_a_law_of_ones_own() {
     for gravity in [60.0, 600.0, 9000.0] {
@@ -112,7 +113,8 @@ fn contacts_have_the_roughness_of_a_law_of_ones_own() {
     }
 }
 
-/// Barton and Bandis' joint falls to σ tan φ_r when it fails, and its contact goes on with that.
+/// The joint of Barton and Bandis drops to σ tan φ_r at failure, and its contact keeps this
+/// strength.
 #[test]
 fn contacts_of_a_joint_of_barton_and_bandis_have_its_residual_strength() {
     for gravity in [60.0, 9000.0] {
@@ -128,8 +130,9 @@ fn contacts_of_a_joint_of_barton_and_bandis_have_its_residual_strength() {
     }
 }
 
-/// Two blocks of one set, the upper of which slides until its joint is let go: at every point of the contact friction is
-/// that of the pressure there, and a state that was saved in the middle goes on with the same bits.
+/// Two blocks of one set; the upper one slides until its joint is released. At every contact point
+/// friction follows the pressure there, and a state saved during sliding continues with the same
+/// bits.
 #[test]
 fn a_joint_of_a_lattice_hands_its_law_to_the_contact() {
     let mut deck = slab(600.0, section(1e10));
@@ -155,7 +158,7 @@ fn a_joint_of_a_lattice_hands_its_law_to_the_contact() {
     assert_eq!(bits(&whole.displacements()), bits(&parts.displacements()));
     let contacts = whole.contacts();
     assert!(contacts.len() >= 4, "the joint is still there");
-    // Areas are scaled a little where the energy of springs asks for it.
+    // Areas are scaled slightly where the energy of the springs requires it.
     let area: f64 = contacts.iter().map(|contact| contact.area).sum();
     let top = whole.model().nearest_node([1.0, 1.0, 0.2]);
     let overlap = 2.0 * (2.0 - whole.displacement(top)[0]);

@@ -1,4 +1,4 @@
-//! Stages that programs enter in any order, and supports that end where blocks are taken out.
+//! Stages that programs enter, and supports that end where blocks are removed.
 
 use ddem_core::{Model, Relaxed, RunError, Simd, Simulation};
 use ddem_deck::*;
@@ -20,7 +20,7 @@ fn remove(region: Where, from: &str, release: Option<f64>) -> Remove {
     Remove { region, from: Some(from.into()), release, ..Remove::default() }
 }
 
-/// A column of four blocks under stress, held all around, with these stages.
+/// Column of four blocks under stress with these stages, fixed all around.
 fn column(stages: Vec<Stage>) -> Deck {
     let mut deck = deck([1, 1, 4], [1.0, 1.0, 4.0], 2, 0.02);
     if let Some(section) = deck.joints.get_mut("seam") {
@@ -56,7 +56,8 @@ fn begin(simulation: &mut Simulation, time_step: TimeStep, duration: Option<f64>
     begun.unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// Sides that are held until the upper half goes, and boundaries from then on.
+/// State after the upper half has been removed; boundaries replace the supports of the sides at
+/// that stage.
 fn handed_over(release: Option<f64>) -> Simulation {
     let mut deck = column(vec![relax_stage("before"), relax_stage("dig")]);
     for at in [0.0, 1.0] {
@@ -78,13 +79,13 @@ fn handed_over(release: Option<f64>) -> Simulation {
     simulation
 }
 
-/// Share of a node in a length of 1 m that is cut in two.
+/// Share of a node in a length of 1 m with two elements.
 fn share(x: f64) -> f64 {
     if x == 0.5 { 0.5 } else { 0.25 }
 }
 
-/// What a fix bore goes on where a boundary takes its place, and what the blocks did that go in the same
-/// stage does not: σ⁰ n of the joint above and of half of its sides are missing at the rim.
+/// Forces of a support continue when a boundary replaces it, but forces of blocks removed in the
+/// same stage do not. At the rim σ⁰ n of the joint above and of half of its sides is missing.
 #[test]
 fn what_a_fix_bore_goes_on_without_what_is_taken_out() {
     let mut simulation = handed_over(None);
@@ -105,7 +106,7 @@ fn what_a_fix_bore_goes_on_without_what_is_taken_out() {
     }
 }
 
-/// With a release nothing moves at first, at the sides as within, and the end is the same.
+/// With a release nothing moves at first, at the sides and inside; the end state is the same.
 #[test]
 fn a_release_beside_a_boundary_ends_where_none_does() {
     let mut released = handed_over(Some(1.0));
@@ -121,7 +122,7 @@ fn a_release_beside_a_boundary_ends_where_none_does() {
     }
 }
 
-/// A column whose upper half goes in a dynamic stage, between stages in which nothing does.
+/// Column whose upper half is removed in a dynamic stage, between stages without an excavation.
 fn excavated(release: Option<f64>) -> Deck {
     let stages = vec![relax_stage("before"), dynamic("dig"), relax_stage("rest"), dynamic("on")];
     let mut deck = column(stages);
@@ -130,7 +131,8 @@ fn excavated(release: Option<f64>) -> Deck {
     deck
 }
 
-/// Stages are entered forwards only: an earlier one is refused and changes nothing. A saved state goes back.
+/// Stages are entered forwards only: an earlier one is refused and changes nothing. A saved state
+/// goes back.
 #[test]
 fn stages_go_forwards_only() {
     let deck = excavated(Some(0.001));
@@ -164,7 +166,7 @@ fn stages_go_forwards_only() {
     withstands_damage(&deck, &again.save(), 300);
 }
 
-/// A release goes on from where it is when a stage of motion is entered, until a relaxation takes it back.
+/// A release continues when a dynamic stage is entered, until a relaxation completes it.
 #[test]
 fn a_release_does_not_begin_again() {
     let mut simulation = simulation(&excavated(Some(0.002)));
@@ -177,7 +179,7 @@ fn a_release_does_not_begin_again() {
     simulation.synchronise();
     let forces = simulation.forces();
     let left = 8e6 * (1.0 - simulation.time() / 0.002) / 4.0;
-    // It is no small thing.
+    // The remaining stress is not small.
     assert!(left > 0.9e6, "{left}");
     for stage in [1, 1] {
         simulation.enter(stage).unwrap_or_else(|error| panic!("{error}"));
@@ -193,7 +195,7 @@ fn a_release_does_not_begin_again() {
     }
 }
 
-/// Of two excavations that are entered at once each lets its own forces fade, or not.
+/// Two excavations entered at once: each fades its own forces, or does not fade them.
 #[test]
 fn stages_that_are_skipped_keep_their_forces_apart() {
     let mut deck = column(vec![relax_stage("before"), dynamic("top"), dynamic("bottom")]);
@@ -219,7 +221,7 @@ fn stages_that_are_skipped_keep_their_forces_apart() {
     }
 }
 
-/// A time step and a duration that were set stay.
+/// A given time step and duration stay in force.
 #[test]
 fn an_excavation_leaves_the_time_step() {
     let mut simulation = simulation(&excavated(None));
@@ -231,7 +233,7 @@ fn an_excavation_leaves_the_time_step() {
     assert!((simulation.time() / 1e-5 - 1.0).abs() < 1e-12);
 }
 
-/// What is left can be too stiff for it: heavy joints were what made it slow.
+/// The remaining model can be too stiff for the step: heavy joints had made the step long.
 #[test]
 fn a_step_that_is_too_long_after_an_excavation_is_said_or_shortened() {
     let mut deck = deck([1, 1, 3], [1.0, 1.0, 3.0], 1, 0.02);
@@ -264,7 +266,7 @@ fn a_step_that_is_too_long_after_an_excavation_is_said_or_shortened() {
     assert!((automatic.time_step() / (0.9 * now) - 1.0).abs() < 1e-12);
 }
 
-/// Nodes of removed blocks stay at rest whatever is set.
+/// Nodes of removed blocks stay at rest for any values that are set.
 #[test]
 fn what_is_set_leaves_removed_blocks_alone() {
     let (mut a, mut b) = (simulation(&excavated(None)), simulation(&excavated(None)));
@@ -287,7 +289,7 @@ fn what_is_set_leaves_removed_blocks_alone() {
     assert_eq!(a.unbalanced().to_bits(), b.unbalanced().to_bits());
 }
 
-/// The loads in which forces fade are none of the deck's.
+/// The loads of a release are not loads of the deck.
 #[test]
 fn a_release_has_no_history_to_be_set() {
     let mut model: Model = model(&excavated(Some(1.0)));
@@ -297,8 +299,8 @@ fn a_release_has_no_history_to_be_set() {
     assert!(model.computed().is_empty());
 }
 
-/// Where several nodes or elements are as near, those that stay are taken: lower and upper face of a joint
-/// without thickness.
+/// The nearest node or element is one that remains, if several are equally near: lower and upper
+/// face of a joint without thickness.
 #[test]
 fn what_stays_is_nearer() {
     let mut deck = excavated(None);
@@ -313,7 +315,7 @@ fn what_stays_is_nearer() {
         let model = model(&deck);
         [model.block_of(model.nearest_node(at)), model.element_at(at).0]
     };
-    // Of two that go the later, of others the lower one.
+    // Of two that are removed the later one, otherwise the lower one.
     assert_eq!(found([(2.0, "dig"), (3.0, "dig")]), [1, 1]);
     assert_eq!(found([(0.0, "dig"), (1.0, "dig")]), [2, 2]);
     assert_eq!(found([(1.0, "dig"), (2.0, "on")]), [2, 2]);

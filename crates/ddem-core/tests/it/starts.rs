@@ -1,4 +1,4 @@
-//! Energies where a motion starts at once.
+//! Energies when a motion starts at once.
 
 use ddem_core::Simulation;
 use ddem_deck::{Damping, Deck, Fix, Kinematics, TimeStep, Where};
@@ -14,7 +14,7 @@ fn step(simulation: &mut Simulation) {
     simulation.step().unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// A support that sets a mass in motion at once does the work ½ m v².
+/// A support that sets a mass in motion at once does the work m v²/2.
 #[test]
 fn a_support_that_starts_at_once_does_half_of_m_v_squared() {
     for divisions in [0, 1, 2] {
@@ -35,7 +35,7 @@ fn a_support_that_starts_at_once_does_half_of_m_v_squared() {
     }
 }
 
-/// Blocks that fly, turn and weigh, some of them driven, with and without damping.
+/// Blocks that fly, rotate and have weight, some of them driven, with and without damping.
 fn thrown(seed: u64, divisions: u32) -> Deck {
     let mut random = Random::new(seed);
     let pieces: Vec<Piece> = (0..4)
@@ -50,7 +50,7 @@ fn thrown(seed: u64, divisions: u32) -> Deck {
         })
         .collect();
     let mut deck = of(&mass_properties(1e9), &pieces);
-    // Linear: energies of deformable blocks balance to rounding.
+    // Small kinematics are linear: energies of deformable blocks balance to rounding.
     deck.model.kinematics = Kinematics::Small;
     deck.model.gravity = random.vector().scale(10.0).into();
     let region = Where { set: Some("piece 0".into()), ..Where::default() };
@@ -59,7 +59,7 @@ fn thrown(seed: u64, divisions: u32) -> Deck {
     deck
 }
 
-/// Kinetic energy is never below zero at a start, and what a start does is balanced.
+/// Kinetic energy at a start is never negative, and the work of a start is balanced.
 #[test]
 fn kinetic_energy_is_never_negative_at_a_start() {
     let dampings = [
@@ -89,7 +89,8 @@ fn kinetic_energy_is_never_negative_at_a_start() {
         for at in 0..60 {
             step(&mut simulation);
             if at == 30 {
-                // Another step from here on: velocities come to a whole step and go half of one on.
+                // A different step from here on: velocities are advanced to the full step and then
+                // by half a new step.
                 let half = TimeStep::Seconds(0.5 * simulation.time_step());
                 let start = simulation.start(damping, half, None);
                 start.unwrap_or_else(|error| panic!("{error}"));
@@ -104,7 +105,7 @@ fn kinetic_energy_is_never_negative_at_a_start() {
     }
 }
 
-/// A block that is set spinning rings; its stiffness takes that, and no momentum.
+/// A block that starts to spin rings; stiffness damping takes this energy, but no momentum.
 #[test]
 fn damping_by_the_stiffness_leaves_whole_motions_alone() {
     let piece = Piece {
@@ -132,6 +133,6 @@ fn damping_by_the_stiffness_leaves_whole_motions_alone() {
     let [p_now, l_now] = moved(&mut simulation);
     assert!((p_now - p).norm() < 1e-12 * p.norm(), "{p} {p_now}");
     assert!((l_now - l).norm() < 1e-9 * l.norm(), "{l} {l_now}");
-    // What is left as it tumbles, with its strain turning in it, is small.
+    // Little is lost later, when the block tumbles and its strain rotates within it.
     assert!(taken[0] > 10.0 && taken[3] - taken[2] < 1e-2 * taken[0], "{taken:?}");
 }

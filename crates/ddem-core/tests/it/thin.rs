@@ -1,5 +1,5 @@
-//! Joints that are very thin, or very stiff, beside the size of their blocks: relaxation finds the same
-//! equilibrium, in as many steps, down to what rounding leaves of the forces.
+//! Joints that are very thin or very stiff compared with their blocks. Relaxation finds the same
+//! equilibrium in as many steps, down to the rounding of the forces.
 
 use ddem_core::{RunError, Simulation};
 use ddem_deck::*;
@@ -8,7 +8,8 @@ use crate::decks::*;
 
 const TALL: f64 = 4.0;
 
-/// A cube of 8 × 8 × 8 blocks under its own weight, held below and, if it is to be `sideways`, at its sides.
+/// Cube of 8 × 8 × 8 blocks under its own weight, fixed at the base and, if `sideways`, at its
+/// sides.
 fn cube(thickness: f64, divisions: u32, sideways: bool) -> Deck {
     let mut deck = deck([8; 3], [TALL; 3], divisions, thickness);
     deck.model.gravity = [0.0, 0.0, -9.81];
@@ -25,7 +26,7 @@ fn layer(thickness: f64) -> Joint {
     Joint { thickness, material: Some("rock".into()), ..Joint::default() }
 }
 
-/// How far the top goes down where the sides are held, `ρ g H² / 2(λ + 2G)`; layers are of the same rock.
+/// Settlement of the top with fixed sides, `ρ g H² / 2(λ + 2G)`; layers consist of the same rock.
 fn settlement(deck: &Deck) -> f64 {
     let Material { density, young, poisson, .. } = deck.materials["rock"];
     let modulus = young * (1.0 - poisson) / ((1.0 + poisson) * (1.0 - 2.0 * poisson));
@@ -40,7 +41,7 @@ fn top(simulation: &Simulation) -> f64 {
     down.iter().sum::<f64>() / down.len() as f64
 }
 
-/// Down to a millionth of a millimetre: the exact settlement, whatever the thickness, in as many steps.
+/// Exact settlement for any thickness down to a millionth of a millimetre, in as many steps.
 #[test]
 fn a_relaxation_does_not_feel_how_thin_joints_are() {
     for (thickness, divisions) in [(1e-3, 1), (1e-5, 1), (1e-7, 1), (1e-9, 1), (1e-7, 2)] {
@@ -53,7 +54,7 @@ fn a_relaxation_does_not_feel_how_thin_joints_are() {
             let off = top(&held) / exact - 1.0;
             println!("{thickness} {divisions} {kinematics:?}: {steps} steps, {off:e}");
             assert!(off.abs() < 1e-4 && steps < 500, "{thickness} {kinematics:?}: {steps} {off:e}");
-            // What bulges has modes of larger eigenvalues than the joints that open.
+            // Free sides bulge; these modes have larger eigenvalues than the opening of joints.
             let mut free = cube(thickness, divisions, false);
             free.model.kinematics = kinematics;
             let steps =
@@ -71,12 +72,13 @@ fn a_tolerance_below_rounding_is_refused_with_what_can_be_reached() {
     println!("{error}");
     let RunError::OutOfReach { ratio, ref joint, .. } = error else { panic!("{error}") };
     assert_eq!(joint, &Some(("seam".to_owned(), 1e-7)));
-    // What it says can be reached.
+    // The reported ratio can be reached.
     simulation.relax(3.0 * ratio, 1000).unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// What a layer of one element takes when the block above stretches and the one below does not, whatever the
-/// element of the blocks: with u = a x (1 + ζ)/2 in the layer, G a² A (ℓ²/12)/2t in slip and M a² A t/6 along.
+/// Energy of a layer of one element when the block above stretches and the one below does not, for
+/// any element of the blocks. With u = a x (1 + ζ)/2 in the layer it is G a² A (ℓ²/12)/2t in slip
+/// and M a² A t/6 along.
 #[test]
 fn slip_that_changes_along_a_layer_is_resisted() {
     for element in [ElementKind::Standard, ElementKind::Incompatible] {
@@ -103,8 +105,9 @@ fn slip_that_changes_along_a_layer_is_resisted() {
     }
 }
 
-/// A joint that is stiffer than its blocks by more than sixteen digits: rounding takes the blocks' own stiffness, and
-/// masses of relaxation cannot be had of what is left. It is said, and no node stays where it is.
+/// A joint stiffer than its blocks by more than sixteen digits: rounding cancels the stiffness of
+/// the blocks, so the masses of a relaxation cannot be computed. This is an error; no node silently
+/// stays in place.
 #[test]
 fn a_joint_beyond_all_digits_has_no_mass() {
     let pulled = |stiffness: f64| {

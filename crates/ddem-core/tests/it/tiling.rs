@@ -1,4 +1,4 @@
-//! §1: bodies, joints, strips and corners tile the region exactly, whatever the lattice.
+//! §1: blocks, joints, strips and corners tile the region exactly for any lattice.
 
 use ddem_core::Model;
 use ddem_deck::{BlockSet, Deck, Edges, Joint, JointChoice, Material, Remove, Sphere, Where};
@@ -7,7 +7,7 @@ use proptest::prelude::*;
 
 use crate::decks::*;
 
-/// A random lattice: cuts along each edge, thickness of each normal's joints, what is removed.
+/// Random lattice: cuts along each edge, joint thickness for each normal, and removed cells.
 #[derive(Clone, Debug)]
 struct Sample {
     cuts: [Vec<f64>; 3],
@@ -48,7 +48,7 @@ fn sample() -> impl Strategy<Value = Sample> {
         .prop_map(|(cuts, thickness, divisions, axes, removed, seed)| {
             let inside = |cell: &[usize; 3]| (0..3).all(|d| cell[d] + 1 < cuts[d].len());
             let mut removed: Vec<_> = removed.into_iter().filter(inside).collect();
-            // What is gone cannot be taken out again.
+            // A cell can be removed only once.
             removed.sort_unstable();
             removed.dedup();
             Sample { cuts, thickness, divisions, axes, removed, seed }
@@ -115,7 +115,7 @@ impl Sample {
         }
     }
 
-    /// Along edge d, bodies and gaps in turn: length, and the cells that it belongs to.
+    /// Blocks and gaps in turn along edge d: the length, and the cells to which it belongs.
     fn segments(&self, d: usize) -> Vec<(f64, std::ops::RangeInclusive<usize>)> {
         let units = self.units();
         let normal = units[(d + 1) % 3].cross(&units[(d + 2) % 3]).normalize();
@@ -133,7 +133,7 @@ impl Sample {
         segments
     }
 
-    /// Volume of bodies, joints, strips and corners: of each piece whose blocks are all there.
+    /// Volumes of blocks, joints, strips and corners; a piece counts if all its blocks are present.
     fn volumes(&self) -> [f64; 4] {
         let slant = Matrix3::from_columns(&self.units()).determinant().abs();
         let [xs, ys, zs] = [0, 1, 2].map(|d| self.segments(d));

@@ -1,4 +1,4 @@
-//! What is told of contacts and of momenta.
+//! Output of contacts and momenta.
 
 use ddem_core::{FIELDS, FieldLocation, Simulation};
 use ddem_deck::Deck;
@@ -8,7 +8,7 @@ use nalgebra::Rotation3;
 use crate::decks::*;
 use crate::loose::*;
 
-/// A brick of 1 × 2 × 3 m about a point, that flies and spins about z.
+/// Brick of 1 × 2 × 3 m that translates and spins about z.
 fn brick(divisions: u32) -> Piece {
     Piece {
         centre: Vec3::new(4.0, -1.0, 2.0),
@@ -20,8 +20,8 @@ fn brick(divisions: u32) -> Piece {
     }
 }
 
-/// Of a rigid brick `m v` and `x × m v + I ω`, I of a parallelepiped; of a deformable one I is that
-/// of its lumped masses, `(1 + 2/n²)` times as much.
+/// A rigid brick has `m v` and `x × m v + I ω` with I of a parallelepiped. For a deformable brick I
+/// is that of its lumped masses, `(1 + 2/n²)` times as much.
 #[test]
 fn momenta_of_a_brick_are_those_of_mechanics() {
     for divisions in 0..4 {
@@ -46,7 +46,8 @@ fn momenta_of_a_brick_are_those_of_mechanics() {
     }
 }
 
-/// What is rubbed against each other: stiffness such that blocks of 1 m sink in by a part of it, so that it matters where forces act.
+/// Deck with contacts so soft that blocks of 1 m penetrate by `part` of a metre, so that the points
+/// of action of the forces matter.
 fn soft(part: f64) -> Deck {
     let mut deck = mass_properties(1e8);
     deck.model.gravity = [0.0, 0.0, -10.0];
@@ -92,7 +93,7 @@ fn on_block(simulation: &mut Simulation, block: usize) -> [Vec3; 2] {
     sums
 }
 
-/// At each level of a column contacts bear the weight of all that is above.
+/// At each level of a column the contacts carry the weight above.
 #[test]
 fn contacts_of_a_column_bear_what_is_above() {
     for divisions in [[0; 4], [0, 2, 0, 3], [1, 3, 2, 2]] {
@@ -109,14 +110,14 @@ fn contacts_of_a_column_bear_what_is_above() {
             let here = contacts.iter().filter(|contact| contact.blocks == [level, level + 1]);
             let force: Vec3 = here.clone().map(|contact| Vec3::from(contact.force)).sum();
             let above = (3 - level) as f64 * weight;
-            // Down on the block below, which is a; the normal goes up.
+            // The force on the block below, which is block a, points down; the normal points up.
             assert!((force + Vec3::z() * above).norm() < 1e-5 * above, "{divisions:?} {force}");
             for contact in here.clone() {
                 let normal = Vec3::from(contact.normal);
                 assert!((normal - Vec3::z()).norm() < 0.05, "{normal}");
                 let pressure = -Vec3::from(contact.traction()).dot(&normal);
                 assert!(pressure > 0.0 && contact.gap < 0.0 && !contact.sliding, "{contact:?}");
-                // But for the offset of springs that were made anew.
+                // The difference is the offset of springs that were created again.
                 let spring = -weight / 0.005 * contact.gap;
                 assert!((pressure / spring - 1.0).abs() < 1e-2, "{pressure} {spring}");
             }
@@ -132,7 +133,7 @@ fn contacts_of_a_column_bear_what_is_above() {
     }
 }
 
-/// A block on a slope is in equilibrium, moments included, with the forces where they are told to be.
+/// A block on a slope is in equilibrium, moments included, if forces act at the given points.
 #[test]
 fn forces_of_contacts_act_where_they_are() {
     for (divisions, first) in [(0, true), (0, false), (2, true)] {
@@ -153,13 +154,13 @@ fn forces_of_contacts_act_where_they_are() {
         let [force, moment] = on_block(&mut simulation, number);
         assert!((force - Vec3::z() * weight).norm() < 1e-6 * weight, "{first} {divisions} {force}");
         assert!(moment.norm() < 1e-6 * weight, "{first} {divisions} {moment}");
-        // Shear of W sin α at a distance of W cos α / k.
+        // Shear W sin α at a distance W cos α / k.
         let contact = simulation.contacts()[0];
         assert!(!contact.sliding && contact.gap < -0.01, "{contact:?}");
     }
 }
 
-/// FieldLocation a slope that is too steep a block slides.
+/// A block slides on a slope that is too steep for its friction.
 #[test]
 fn contacts_that_slide_say_so() {
     let mut deck = soft(0.01);
@@ -173,7 +174,7 @@ fn contacts_that_slide_say_so() {
     while simulation.steps_left() != Some(0) {
         simulation.step().unwrap_or_else(|error| panic!("{error}"));
     }
-    // All that it has moved along the slope, but for what the springs gave before it slid.
+    // The whole displacement along the slope, except the elastic part before sliding.
     let moved = (turn * Vec3::x()).dot(&Vec3::from(simulation.displacement(8)));
     let contacts = simulation.contacts();
     let slip = contacts.iter().fold(0.0_f64, |most, contact| most.max(contact.slip));
@@ -192,8 +193,8 @@ fn pair_field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
     field.map_or_else(Vec::new, |field| simulation.snapshot().values(field))
 }
 
-/// The upper of two blocks with a weak joint slides off: once the joint is let go its pairs say so, and
-/// what acts is told of the contact.
+/// The upper of two blocks with a weak joint slides off. After the release its pairs are marked as
+/// released, and the contact has the forces.
 #[test]
 fn joints_that_became_contacts_are_marked() {
     let mut deck = mass_properties(1e8);
@@ -229,7 +230,7 @@ fn joints_that_became_contacts_are_marked() {
             let released = pair_field(&mut simulation, "released");
             let contacts = simulation.contacts();
             slid_before |= pair_field(&mut simulation, "state") == [1.0; 4] && released == [0.0; 4];
-            // Either the joint acts, or a contact.
+            // Either the joint or a contact acts.
             assert!(released == [0.0; 4] && contacts.is_empty() || released == [1.0; 4]);
             if simulation.time() > 0.5 {
                 pressed.push(contacts.iter().map(|contact| contact.force[2]).sum::<f64>());
@@ -240,7 +241,7 @@ fn joints_that_became_contacts_are_marked() {
     assert_eq!(pair_field(&mut simulation, "released"), [1.0; 4]);
     assert_eq!(pair_field(&mut simulation, "state"), [1.0; 4]);
     assert_eq!(pair_field(&mut simulation, "traction"), [0.0; 12]);
-    // The weight came at once: the block rocks.
+    // The weight is applied at once, so the block rocks.
     let mean = pressed.iter().sum::<f64>() / pressed.len() as f64;
     let weight = 2400.0 * 0.5 * 8.66;
     assert!((mean / weight + 1.0).abs() < 0.1, "{mean} {weight}");

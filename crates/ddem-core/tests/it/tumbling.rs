@@ -6,7 +6,7 @@ use ddem_deck::{Damping, Deck, TimeStep};
 use crate::decks::*;
 use crate::loose::*;
 
-/// A box of six held rigid walls around `[0, width]³`.
+/// Box of six fixed rigid walls around `[0, width]³`.
 fn closed(deck: &mut Deck, width: f64) {
     let (w, t) = (width, 0.5);
     let (m, a) = (w / 2.0, w + 2.0 * t);
@@ -20,7 +20,7 @@ fn closed(deck: &mut Deck, width: f64) {
     }
 }
 
-/// One cube that turns as it flies about in a box.
+/// One cube that flies and rotates in a box.
 fn one(seed: u64, divisions: u32, gravity: f64, young: f64) -> Deck {
     let mut deck = mass_properties(young);
     closed(&mut deck, 2.5);
@@ -40,7 +40,7 @@ fn one(seed: u64, divisions: u32, gravity: f64, young: f64) -> Deck {
     deck
 }
 
-/// Eight blocks that do, and meet each other.
+/// Eight blocks that fly, rotate and collide in a box.
 fn eight(seed: u64, divisions: u32, gravity: f64, young: f64) -> Deck {
     let mut deck = mass_properties(young);
     closed(&mut deck, 3.6);
@@ -64,20 +64,20 @@ fn eight(seed: u64, divisions: u32, gravity: f64, young: f64) -> Deck {
     deck
 }
 
-/// What became of the energy, as parts of it.
+/// Changes of the energy as fractions of it.
 #[derive(Clone, Copy, Debug, Default)]
 struct Kept {
-    /// At the end.
+    /// Energy left at the end.
     left: f64,
-    /// Most that it was above the least before.
+    /// Largest rise above the lowest earlier energy.
     grown: f64,
-    /// Most that it was out of balance.
+    /// Largest error of the energy balance.
     balance: f64,
-    /// Times that the blocks touched after not touching.
+    /// Number of times that the blocks touched after not touching.
     impacts: u32,
 }
 
-/// Goes on for a time without friction or damping, at the automatic step.
+/// Flight for a time without friction or damping, at the automatic step.
 fn fly(mut deck: Deck, time: f64) -> Kept {
     deck.contact.friction = Some(0.0);
     let mut simulation = simulation(&deck);
@@ -103,7 +103,7 @@ fn fly(mut deck: Deck, time: f64) -> Kept {
     kept
 }
 
-/// Over tens of impacts, at corners, edges and faces, as deep as 4 % of an edge.
+/// Tens of impacts at corners, edges and faces, with penetrations up to 4 % of an edge.
 #[test]
 fn a_block_that_tumbles_in_a_box_keeps_its_energy() {
     let mut mean = 0.0;
@@ -120,8 +120,9 @@ fn a_block_that_tumbles_in_a_box_keeps_its_energy() {
     assert!(mean < 3e-3, "{mean}");
 }
 
-/// Against each other too. Contacts that end where an edge slips off another's end keep the least: one of them takes
-/// two parts in a hundred of the energy at once, all others together one in a thousand.
+/// The blocks also hit each other. Most energy is lost in contacts that end when an edge slips off
+/// the end of another: one of them takes two parts in a hundred at once, all others together one in
+/// a thousand.
 #[test]
 fn blocks_that_tumble_in_a_box_keep_their_energy() {
     for (divisions, gravity, young, least) in

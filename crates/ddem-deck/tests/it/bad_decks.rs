@@ -1,8 +1,8 @@
-//! Each kind of mistake, made in a good deck, with what is then said: `snapshots/`.
+//! Errors in an otherwise good deck; the messages are in `snapshots/`.
 
 use super::{GOOD, report};
 
-/// The good deck with one thing replaced.
+/// Good deck with one text replaced.
 fn change(from: &str, to: &str) -> String {
     assert!(GOOD.contains(from), "{from} is not in the good deck");
     GOOD.replacen(from, to, 1)
@@ -26,7 +26,7 @@ macro_rules! bad_decks {
     };
 }
 
-// Not TOML, or not a deck.
+// No TOML, or no deck.
 bad_decks! {
     syntax_text_without_quotes: "material = \"rock\"" => "material = rock";
     syntax_list_not_closed: "gravity = [0.0, 0.0, -9.81]" => "gravity = [0.0, 0.0, -9.81";
@@ -66,7 +66,7 @@ bad_decks! {
     number_too_large: "max_steps = 200000" => "max_steps = 99999999999999999999999999";
 }
 
-// Values that are out of the question.
+// Impossible values.
 bad_decks! {
     not_a_number: "density = 2400" => "density = nan";
     infinite_in_a_list: "-9.81]" => "-inf]";
@@ -178,7 +178,7 @@ bad_decks! {
     joint_jrc_with_steep_residual: "residual_friction = 28.0" => "residual_friction = 71.0";
 }
 
-// Contacts, and blocks that are rigid.
+// Contacts and rigid blocks.
 bad_decks! {
     contact_unknown_key: "damping = 0.3" => "dampping = 0.3";
     contact_of_text: "[contact]\nnormal_stiffness = 3e10" => "[contact]\nnormal_stiffness = \"stiff\"";
@@ -196,7 +196,7 @@ bad_decks! {
         "quantity = \"displacement\"" => "quantity = \"stress\"";
 }
 
-// Boundaries.
+// Charges and boundaries.
 bad_decks! {
     charge_of_nothing: "mass = 1.5\nexplosive = \"anfo\"" => "pressure = 1e6\nmass = 1.5";
     explosive_unknown: "\"anfo\"" => "\"anfoo\"";
@@ -210,7 +210,7 @@ bad_decks! {
             velocity = [0.1, 0.0, 0.0]\n\n[[fix]]";
 }
 
-// Stress at the start, and excavation.
+// Initial stress and excavation.
 bad_decks! {
     stress_of_five: "spin = [0.0, 0.0, 1.0]" => "spin = [0.0, 0.0, 1.0]\nstress = [-1e6, -1e6, -2e6, 0, 0]";
     gradient_without_stress: "spin = [0.0, 0.0, 1.0]"
@@ -248,7 +248,7 @@ fn one_line_for_each_fault() {
     let deck = change("density = 2400", "density = -1\nyuong = 3");
     let error = ddem_deck::parse(&deck, "deck.toml").expect_err("an unknown key");
     insta::assert_snapshot!(error);
-    // What a `main` that returns the error shows.
+    // A `main` that returns the error shows this text.
     assert_eq!(format!("{error:?}"), error.to_string());
 }
 
@@ -271,7 +271,7 @@ fn a_file_that_is_not_there() {
     assert!(error.findings().is_empty());
 }
 
-/// Which block a point is in is known when the blocks are there.
+/// The block of a probe point is known only after the blocks are built.
 #[test]
 fn a_stress_in_a_rigid_block() {
     let deck = |probe: &str| {

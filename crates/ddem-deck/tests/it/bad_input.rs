@@ -1,4 +1,4 @@
-//! A deck with anything wrong in it becomes a list of faults, never a panic.
+//! A deck with any error gives a list of errors, never a panic.
 
 use ddem_deck::Size;
 use ddem_deck::*;
@@ -6,7 +6,7 @@ use toml::Value;
 
 use crate::decks::*;
 
-/// A valid deck that uses every part of the format that this version computes.
+/// Valid deck that uses every part of the format that this version computes.
 fn rich() -> Deck {
     let mut deck = with_axes(deck([2, 2, 1], [2.0, 2.0, 1.0], 1, 0.01), OBLIQUE);
     deck.title = "everything".into();
@@ -160,7 +160,7 @@ fn at<'a>(value: &'a mut Value, path: &[Step]) -> &'a mut Value {
     })
 }
 
-/// What a leaf is replaced with.
+/// Wrong values that replace a leaf.
 fn wrong(value: &Value) -> Vec<Value> {
     match value {
         Value::Float(x) => {
@@ -174,7 +174,7 @@ fn wrong(value: &Value) -> Vec<Value> {
     }
 }
 
-/// Faults say where; a model that is built has numbers.
+/// Checks that errors have a place and a message, and that a built model has nodes.
 fn try_deck(deck: &Deck, what: &str) -> bool {
     match deck.build() {
         Ok(model) => {
@@ -191,7 +191,7 @@ fn try_deck(deck: &Deck, what: &str) -> bool {
     }
 }
 
-/// Too many nodes to try: what `ddem-io` refuses from [`Size`] before it builds.
+/// Few enough nodes to build, or so many that `ddem-io` refuses them by [`Size`] before it builds.
 fn is_small(deck: &Deck) -> bool {
     Size::of(deck).nodes < 1e6 || Size::of(deck).nodes > f64::from(u32::MAX)
 }
@@ -274,7 +274,7 @@ fn a_deck_of_nothing() {
     assert_eq!(places.as_deref(), Some("fix[0].where"));
 }
 
-/// Springs need no thickness, layers do.
+/// Springs need no thickness; layers do.
 #[test]
 fn joints_without_thickness() {
     let mut flat = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.0);
@@ -317,7 +317,7 @@ fn doubts_about_joints_that_fail() {
     );
     let no_cohesion = one(Joint { cohesion: None, friction: None, ..spring_with_tension() });
     assert!(no_cohesion[0].contains("zero at a tension of 0 Pa"), "{no_cohesion:?}");
-    // Without friction the strength in shear never ends, and roughness has none in tension.
+    // Without friction the strength in shear has no limit, and a rough joint has no tension.
     assert_eq!(one(Joint { cohesion: Some(1e3), ..spring_with_tension() }), [""; 0]);
     assert_eq!(one(Joint { tension: Some(1e6), ..rough() }), [""; 0]);
     let steep = one(Joint { dilation: Some(31.0), ..strong });
@@ -351,12 +351,12 @@ fn doubts_about_supports_on_both_sides_of_a_joint() {
         warnings.iter().any(|text| text.contains("fix 0 holds both sides of 1 joints"))
     };
     let weak = || Joint { tension: Some(1e6), ..spring() };
-    // Without thickness the range that ends on the joint has both of its sides.
+    // Without thickness, a range that ends at the joint includes both of its sides.
     assert!(glued(weak(), 1.0));
     assert!(!glued(weak(), 0.9));
     assert!(!glued(spring(), 1.0), "it never fails");
     assert!(!glued(spring_with_tension(), 1.0), "with thickness it has one side");
-    // With both blocks held nothing is lost.
+    // With both blocks fixed the joint cannot carry anything anyway.
     assert!(!glued(weak(), 2.0));
 }
 

@@ -1,4 +1,4 @@
-//! Messages of errors that no reading of a deck finds: of its geometry, and of a run.
+//! Error messages that reading a deck cannot find: about its geometry and about a run.
 
 use ddem_core::{MovingBlock, RunError};
 use ddem_deck::*;
@@ -18,7 +18,7 @@ const BESIDE: &str = "
 const RELAX: &str = "[[stage]]\nname = 'weight'\nkind = 'relax'\n";
 const BASE: &str = "[[fix]]\n        where = { z = 0.0 }\n        axes = 'xyz'";
 
-/// A hexahedron whose top is its base.
+/// Hexahedron whose top coincides with its base.
 const FLAT: &str = "
     [[blocks]]
     name = 'flat'
@@ -26,7 +26,7 @@ const FLAT: &str = "
     mesh = { nodes = [[9, 0, 0], [10, 0, 0], [10, 1, 0], [9, 1, 0]], hexes = [[0, 1, 2, 3, 0, 1, 2, 3]], blocks = [0] }
     ";
 
-/// Decks whose geometry is wrong.
+/// Decks with wrong geometry.
 fn wrong() -> Vec<String> {
     let deck = |more: &str| text(&[], more);
     vec![

@@ -1,4 +1,4 @@
-//! Files that decks name: closed surfaces and topographies.
+//! Files named in decks: closed surfaces and topographies.
 
 use std::fs;
 use std::path::Path;
@@ -7,7 +7,7 @@ use ddem_deck::DeckError;
 use ddem_io::folder::Earlier;
 use ddem_io::run::{Options, RunFailure};
 
-/// A column of 4 × 4 × 4 blocks of 1 m, out of which something is taken.
+/// Column of 4 × 4 × 4 blocks of 1 m, from which a region is removed.
 fn deck(region: &str) -> String {
     format!(
         "
@@ -48,7 +48,7 @@ fn put(folder: &Path, name: &str, content: impl AsRef<[u8]>) {
     fs::write(folder.join(name), content).unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// Blocks that are left, or what is wrong.
+/// Number of blocks left, or the error.
 fn left(folder: &Path, region: &str) -> Result<usize, String> {
     let path = folder.join("deck.toml");
     put(folder, "deck.toml", deck(region));
@@ -64,7 +64,7 @@ fn said(folder: &Path, region: &str, words: &[&str]) {
     }
 }
 
-/// The triangles of a box.
+/// Triangles of a box.
 fn cuboid(low: [f32; 3], high: [f32; 3]) -> Vec<[[f32; 3]; 3]> {
     let corner = |k: usize| [0, 1, 2].map(|d| if k >> d & 1 == 1 { high[d] } else { low[d] });
     let quads =
@@ -96,7 +96,7 @@ fn binary(triangles: &[[[f32; 3]; 3]], header: &str) -> Vec<u8> {
     bytes
 }
 
-/// The surface goes through the middles of blocks, which belong to it.
+/// The surface passes through the centroids of some blocks; these are inside.
 #[test]
 fn stl_in_text_and_in_binary() {
     let folder = folder();
@@ -143,7 +143,7 @@ fn what_is_no_closed_surface() {
     said(path, "inside = 3", &["expected the path of a file, in quotes, found 3"]);
 }
 
-/// 2.1 in the west, 4.1 in the east.
+/// Heights of 2.1 in the west and 4.1 in the east.
 #[test]
 fn heights_as_csv_and_as_esri_grid() {
     let folder = folder();
@@ -151,7 +151,7 @@ fn heights_as_csv_and_as_esri_grid() {
     put(path, "plain.csv", "0,0,2.1\n4,0,4.1\n0,4,2.1\n4,4,4.1\n");
     put(path, "named.csv", "x, y, z\n4, 4, 4.1\n0, 4, 2.1\n0, 0, 2.1\n4, 0, 4.1\n");
     put(path, "other.csv", "# surveyed\nEast;North;Height\n0;0;2.1\n4;0;4.1\n0;4;2.1\n4;4;4.1\n");
-    // Middles of cells at −1, 1, 3 and 5: 1.6, 2.6, 3.6, 4.6.
+    // Cell centres at −1, 1, 3 and 5 have the heights 1.6, 2.6, 3.6 and 4.6.
     let grid = |corner: &str| {
         format!(
             "ncols 4\nnrows 2\n{corner}\ncellsize 2\nNODATA_value -99\n1.6 2.6 3.6 4.6\n1.6 2.6 3.6 4.6\n"
@@ -159,7 +159,8 @@ fn heights_as_csv_and_as_esri_grid() {
     };
     put(path, "corner.asc", grid("xllcorner -2\nyllcorner 0"));
     put(path, "centre.asc", grid("XLLCENTER -1\nYLLCENTER 1"));
-    // Above 2.1 + x/2 are the centroids at 2.5 where x is 0.5, 3.5 where it is 0.5, 1.5 or 2.5.
+    // Centroids above 2.1 + x/2: those at 2.5 with x = 0.5, and those at 3.5 with x = 0.5, 1.5 or
+    // 2.5.
     for name in ["plain.csv", "named.csv", "other.csv", "corner.asc", "centre.asc"] {
         let region = format!("above = {{ topography = '{name}' }}");
         assert_eq!(left(path, &region), Ok(64 - 4 * 4), "{name}");
@@ -170,7 +171,7 @@ fn heights_as_csv_and_as_esri_grid() {
     put(path, "north.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 2\n0 0\n9 9\n");
     assert_eq!(left(path, "above = { topography = 'north.asc' }, y = [3, 4]"), Ok(48));
     assert_eq!(left(path, "below = { topography = 'north.asc' }, y = [0, 1]"), Ok(48));
-    // Where nothing is asked for, heights may be missing.
+    // Heights may be missing where none is needed.
     let east = "nan 9\nNaN 9\n";
     let head = "ncols 2\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 3\nNODATA_value nan\n";
     put(path, "nan.asc", format!("{head}{east}"));
@@ -213,7 +214,7 @@ fn what_is_no_grid_of_heights() {
     said(path, region, &["this is not text"]);
 }
 
-/// A run goes on with the files that it began with, and with no others.
+/// A run resumes only with the files with which it began.
 #[test]
 fn a_run_resumes_with_the_same_files() {
     struct Nothing;
@@ -234,7 +235,7 @@ fn a_run_resumes_with_the_same_files() {
     options.earlier = Earlier::Resume;
     run(&options).unwrap_or_else(|error| panic!("{error}"));
 
-    // A session has what it needs in its checkpoint, wherever the deck was.
+    // The checkpoint of a session contains the files, so the deck's folder is not needed.
     let load = || {
         let simd = ddem_core::Simd::default();
         ddem_io::run::Session::load(&path.join("out/checkpoint.h5"), simd, None, |_| Ok(()))

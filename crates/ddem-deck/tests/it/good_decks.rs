@@ -1,4 +1,4 @@
-//! A good deck reads, is written and reads back equal; and no text whatever stops the program.
+//! A good deck is read, written and read back equal; no text stops the program.
 
 use ddem_deck::{Damping, Extent, History, JointChoice, TimeStep};
 use ddem_deck::{json_schema, parse, write};
@@ -36,7 +36,7 @@ fn written_decks_read_back_equal() {
     insta::assert_snapshot!(text);
     let (empty, _) = parse("", "empty.toml").unwrap();
     assert_eq!(parse(&write(&empty).unwrap(), "written.toml").unwrap().0, empty);
-    // The library's own reader agrees with ours on what is right.
+    // The reader of the `toml` library accepts the same deck.
     assert_eq!(toml::from_str::<ddem_deck::Deck>(GOOD).unwrap(), deck);
     let json = serde_json::to_value(&deck).unwrap();
     assert_eq!(serde_json::from_value::<ddem_deck::Deck>(json).unwrap(), deck);
@@ -58,7 +58,7 @@ fn places_are_found_in_the_text() {
         ("remove[0].where.sphere.radius", "0.2"),
         ("fix[1].where.x", "12.0"),
         ("stage[1].damping.ratio", "0.05"),
-        // Not there: the nearest table around it.
+        // If a place does not exist, the nearest table around it is found.
         ("joints.spring.density", "[joints.spring]"),
         ("remove[0].where.sphere.colour", "{ centre = [1.2, 1.2, 1.2], radius = 0.2 }"),
         ("blocks[1].count[0]", "[[blocks]]"),
@@ -83,7 +83,7 @@ fn dotted_keys_are_located() {
     assert_eq!((young.line, young.column), (2, 24));
 }
 
-/// Every number of the good deck is looked at: none may be NaN or infinite.
+/// Every number of the good deck is checked: none may be NaN or infinite.
 #[test]
 fn no_number_may_be_infinite() {
     let mut changed = 0;
@@ -101,7 +101,7 @@ fn no_number_may_be_infinite() {
     assert!(changed > 150, "{changed}");
 }
 
-/// Bytes of the numbers in the values of a deck that are not whole by nature.
+/// Byte ranges of the numbers in a deck, except keys that take whole numbers.
 fn floats(text: &str) -> Vec<(usize, usize)> {
     let whole = ["count", "divisions", "max_steps", "increments", "frames", "every_steps"];
     let mut floats = Vec::new();
@@ -125,7 +125,7 @@ fn floats(text: &str) -> Vec<(usize, usize)> {
     floats
 }
 
-/// Whatever is cut out of a deck or put into it, the answer is a deck or an error.
+/// Any cut or insertion in a deck gives a deck or an error.
 #[test]
 fn no_text_stops_the_program() {
     let boundary = |at: &usize| GOOD.is_char_boundary(*at);

@@ -1,4 +1,5 @@
-//! Tables, docstrings and stubs that list the keys of a deck: all of them come from the schema.
+//! Tables, docstrings and stubs that list the keys of a deck; all of them are written from the
+//! schema.
 //!
 //! `DDEM_DOCS=1 cargo test -p ddem-deck --test it keys` writes them.
 
@@ -7,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-/// A key of a table, as its documentation in the schema has it.
+/// Key of a table, from its description in the schema.
 struct Key {
     name: String,
     meaning: String,
@@ -38,7 +39,7 @@ impl Key {
         Self { name, meaning, unit, default, schema: schema.clone(), optional }
     }
 
-    /// A row of a page.
+    /// Row of a table in the documentation.
     fn row(&self, prefix: &str) -> String {
         let Self { name, meaning, unit, default, .. } = self;
         let unit = unit.as_deref().unwrap_or_default();
@@ -49,7 +50,7 @@ impl Key {
         if self.name == "from" { "from_" } else { &self.name }
     }
 
-    /// A parameter of a docstring.
+    /// Parameter of a docstring.
     fn parameter(&self) -> String {
         let Self { meaning, unit, default, .. } = self;
         let unit = unit.as_ref().map_or_else(String::new, |unit| format!(" [{unit}]"));
@@ -133,7 +134,7 @@ impl Key {
         }
     }
 
-    /// An argument of a stub.
+    /// Argument in a stub.
     fn argument(&self) -> String {
         let (name, kind) = (self.python_name(), self.python_type());
         let nullable = self.schema["type"].as_array().is_some() || self.schema["anyOf"].is_array();
@@ -223,7 +224,7 @@ fn keys(table: &str) -> Vec<Key> {
         .collect()
 }
 
-/// A text about a deck in the words of Python.
+/// Text about a deck in Python notation.
 fn in_python(text: &str) -> String {
     let mut out = text.replace("`true`", "True").replace("`false`", "False");
     out = out
@@ -242,7 +243,7 @@ fn in_python(text: &str) -> String {
     parts.join("`")
 }
 
-/// A paragraph of a docstring, indented.
+/// Paragraph of a docstring, indented.
 fn wrapped(text: &str) -> String {
     let mut lines = vec![String::from("   ")];
     for word in text.split(' ') {
@@ -260,7 +261,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Compares a file with what it must be, or writes it.
+/// Compares a file with its expected text, or writes it.
 fn expect(path: &str, text: &str) {
     let path = root().join(path);
     if std::env::var_os("DDEM_DOCS").is_some() {
@@ -271,7 +272,7 @@ fn expect(path: &str, text: &str) {
     assert!(found == text, "{} is not what the schema says: {first:?}", path.display());
 }
 
-/// Replaces the lines between those that begin with `begin` and `end`; `write` makes them of the
+/// Replaces the lines between those that begin with `begin` and `end`; `write` makes them from the
 /// words after `begin`.
 fn between(text: &str, (begin, end): (&str, &str), write: &dyn Fn(&str, &str) -> String) -> String {
     let mut out = String::new();

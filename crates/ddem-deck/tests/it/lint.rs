@@ -13,7 +13,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The page `docs/diagnostics.md`.
+/// Text of `docs/diagnostics.md`.
 fn page() -> String {
     let mut page = "# Diagnostics\n\n\
         Every error and every warning has a stable code: new versions may add codes, but rename none.\n\n\
@@ -48,7 +48,7 @@ fn table(page: &mut String, codes: impl Iterator<Item = (&'static str, &'static 
     }
 }
 
-/// `DDEM_DOCS=1 cargo test -p ddem-deck --test it lint` writes the page.
+/// Compares the page; `DDEM_DOCS=1 cargo test -p ddem-deck --test it lint` writes it.
 #[test]
 fn the_page_lists_all_rules() {
     let path = root().join("docs/diagnostics.md");
@@ -70,7 +70,7 @@ fn codes_are_sorted_words() {
     assert!(!errors.iter().any(|name| names.contains(name)));
 }
 
-/// Text of all files of tests below a folder.
+/// Text of all test files below a folder.
 fn texts(folder: &Path, all: &mut String) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -92,7 +92,7 @@ fn every_code_has_a_test_of_its_message() {
     let warnings = Code::ALL.iter().map(|code| code.name());
     let missing: Vec<&str> = errors
         .chain(warnings)
-        // Regular expressions of Python have a backslash there.
+        // Regular expressions in Python tests have a backslash there.
         .filter(|name| !["]", r"\]"].iter().any(|end| tests.contains(&format!("[{name}{end}"))))
         .collect();
     assert!(missing.is_empty(), "{missing:?}");
@@ -120,7 +120,7 @@ fn a_deck_silences_a_rule() {
     );
 }
 
-/// A block of 3 x 3 x 3 cells on a base, with a hole where `hole` says so.
+/// Deck of 3 x 3 x 3 blocks on a fixed base, with some texts replaced and more text at the end.
 pub(crate) fn text(changes: &[(&str, &str)], more: &str) -> String {
     let mut text = "
         [model]
@@ -161,7 +161,7 @@ const BESIDE: &str = "
     size = [1, 1, 1]
     material = 'rock'
     ";
-/// A hole in the middle, and a charge in it.
+/// A hole in the middle with a charge in it.
 const BLAST: &str = "
     [[remove]]
     where = { set = 'rock', x = [1, 2], y = [1, 2], z = [1, 2] }
@@ -170,7 +170,7 @@ const BLAST: &str = "
     mass = 500
     explosive = 'tnt'
     ";
-/// Its place, one that reaches through the top, and a borehole.
+/// Place of the charge, a region that reaches through the top, and a borehole.
 const BALL: &str = "{ sphere = { centre = [1.5, 1.5, 1.5], radius = 0.7 } }";
 const AROUND: &str = "{ x = [0.9, 2.1], y = [0.9, 2.1], z = [0.9, 3.1] }";
 const LINE: &str = "{ cylinder = { from = [1.5, 1.5, 0], to = [1.5, 1.5, 3], radius = 0.2 } }";

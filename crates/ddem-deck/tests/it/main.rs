@@ -1,4 +1,4 @@
-//! Decks in, results out.
+//! Tests of decks and of models built from them.
 
 #![allow(clippy::disallowed_methods, clippy::print_stdout)]
 
@@ -14,7 +14,7 @@ mod selection;
 mod sets;
 mod warnings;
 
-// Shared with the tests of the method, which use more of them.
+// Modules shared with the tests of the method, which use more of them.
 #[allow(dead_code)]
 #[path = "../../../ddem-core/tests/it/decks.rs"]
 mod decks;
@@ -22,15 +22,15 @@ mod decks;
 #[path = "../../../ddem-core/tests/it/hollows.rs"]
 mod hollows;
 
-/// A deck with every key that this version has.
+/// Deck with every key of this version.
 const GOOD: &str = include_str!("decks/good.toml");
 
-/// What is wrong with a deck, if anything.
+/// Error of a deck, if there is one.
 fn judge(text: &str) -> Option<ddem_deck::DeckError> {
     ddem_deck::parse(text, "deck.toml").and_then(|(deck, source)| source.check(&deck)).err()
 }
 
-/// What is said about a deck: nothing when it is good.
+/// Error report of a deck; empty if it is good.
 fn report(text: &str) -> String {
     judge(text).map(|error| error.report(false)).unwrap_or_default()
 }

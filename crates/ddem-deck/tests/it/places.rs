@@ -1,5 +1,5 @@
-//! `where` in the field's words: planes of any orientation, dip and dip direction, half-spaces, closed surfaces,
-//! topographies, sides of sets; and what curved and slanted ones report.
+//! `where` in field terms: planes of any orientation, dip and dip direction, half-spaces, closed
+//! surfaces, topographies and sides of sets; and the report on curved and slanted regions.
 
 use std::sync::Arc;
 
@@ -40,7 +40,7 @@ fn remove(mut deck: Deck, region: Where) -> Deck {
     deck
 }
 
-/// The whole deck turned, and the rotation.
+/// The whole deck rotated, and the rotation.
 fn turned(mut deck: Deck) -> (Deck, Rotation3<f64>) {
     let turn = Rotation3::from_axis_angle(&Unit::new_normalize(Vec3::new(1.0, -2.0, 0.5)), 0.7);
     deck.blocks[0].axes = BOX.map(|axis| (turn * Vec3::from(axis)).into());
@@ -63,7 +63,7 @@ fn a_plane_across_an_axis_is_that_of_the_axis() {
     assert_eq!(on(level).nodes(&model).unwrap(), plane(2, 2.0).nodes(&model).unwrap());
 }
 
-/// The same model turned: what a plane of the axes selects there, a turned one does here, gaps included.
+/// Rotated planes select the nodes that axis planes select in the upright model, gaps included.
 #[test]
 fn planes_of_turned_sets_select_what_planes_of_upright_ones_do() {
     let upright = deck([3, 2, 2], [3.0, 2.0, 2.0], 2, 0.02);
@@ -84,7 +84,7 @@ fn planes_of_turned_sets_select_what_planes_of_upright_ones_do() {
     }
 }
 
-/// Reaction of a turned set that stands on one of its sides, under a pressure on the opposite one.
+/// Reaction of a rotated set that is fixed on one side, with a pressure on the opposite side.
 fn reaction(mut deck: Deck, [held, pressed]: [Where; 2]) -> Vec3 {
     deck.fix.push(fix(held.clone(), "xyz"));
     deck.load.push(Load { region: pressed, pressure: Some(2e5), ..Load::default() });
@@ -122,17 +122,17 @@ fn half_spaces_are_ranges_across_an_axis() {
     same(below(Sheet::Level(1.2)), range(-9.0, 1.2));
     let both = Where { below: Some(Sheet::Level(1.6)), ..above(Sheet::Level(0.3)) };
     same(both, range(0.3, 1.6));
-    // Above is the higher side, whichever way the normal points.
+    // `above` is the higher side for either direction of the normal.
     for up in [1.0, -1.0] {
         let plane = Sheet::Plane(slanted(Vec3::new(5.0, 5.0, 1.2), Vec3::z() * up));
         same(above(plane), range(1.2, 9.0));
     }
-    // Of an upright plane the side that the normal points to.
+    // For an upright plane it is the side to which the normal points.
     let east = Sheet::Plane(dipping([1.2, 0.0, 0.0], 90.0, 90.0));
     same(above(east), Where { x: Some(Extent::Range([1.2, 9.0])), ..Where::default() });
 }
 
-/// 45° towards the east through the top edge in the west: blocks by their centroids.
+/// A slope of 45° towards the east; blocks are selected by their centroids.
 #[test]
 fn blocks_above_a_slope() {
     let cube = deck([4, 4, 4], [4.0; 3], 1, 0.01);
@@ -141,7 +141,7 @@ fn blocks_above_a_slope() {
     // x + z ≥ 4.1 with centroids at halves: 6 of 16 in each row along y.
     assert_eq!(count(above(slope(4.1))), 24);
     assert_eq!(count(below(slope(4.1))), 40);
-    // Those on the plane are on both sides.
+    // Centroids on the plane belong to both sides.
     assert_eq!(count(above(slope(4.0))), 40);
     assert_eq!(count(below(slope(4.0))), 40);
 
@@ -151,7 +151,7 @@ fn blocks_above_a_slope() {
     };
     assert_eq!((entry.as_str(), *blocks, *shape), ("remove[0]", 24, "half-space"));
     assert!((volume - 24.0).abs() < 1e-12);
-    // A triangle of 3.9 m along y.
+    // A triangular prism with legs of 3.9 m along y.
     assert!((holds.unwrap_or(0.0) - 0.5 * 3.9 * 3.9 * 4.0).abs() < 1e-9);
 }
 
@@ -159,7 +159,7 @@ fn joints_named(model: &Model, name: u16) -> Vec<u8> {
     model.faces().iter().filter(|face| face.joint == name).map(|face| face.direction).collect()
 }
 
-/// Bedding and two upright sets: each is found by its dip and dip direction.
+/// Bedding and two steep joint sets, each found by its dip and dip direction.
 #[test]
 fn joints_by_dip_and_dip_direction() {
     let mut bedded = deck([2, 2, 3], [2.0, 2.0, 3.0], 1, 0.01);
@@ -179,7 +179,7 @@ fn joints_by_dip_and_dip_direction() {
     assert_eq!(find(30.0, None, None), Ok(bedding));
     assert_eq!(find(60.0, Some(310.0), None), Ok(vec![0; 6]));
     assert_eq!(find(90.0, Some(220.0), None), Ok(vec![1; 6]));
-    // An upright joint has no side to which it goes down.
+    // The dip direction of an upright joint may point to either side.
     assert_eq!(find(90.0, Some(40.0), None), Ok(vec![1; 6]));
     assert_eq!(find(33.0, Some(130.0), Some(3.01)).map(|all| all.len()), Ok(8));
     for nothing in [find(33.0, Some(130.0), None), find(30.0, Some(140.0), None)] {
@@ -188,7 +188,7 @@ fn joints_by_dip_and_dip_direction() {
     }
 }
 
-/// Directions of edges: down the dip, along the strike, up along the normal.
+/// Directions of the edges: down the dip, along the strike, up along the normal.
 #[test]
 fn sets_are_turned_by_their_bedding() {
     let far = |dip: f64, dip_direction: f64, at: [f64; 3]| {
@@ -199,17 +199,17 @@ fn sets_are_turned_by_their_bedding() {
             .map(|node| (Vec3::from(model.point(node)) - Vec3::from(at)).norm())
             .fold(f64::MAX, f64::min)
     };
-    // Level towards the east: as without. Towards the north the first edge goes north.
+    // Dip direction east equals the default. With north the first edge points north.
     assert_eq!(far(0.0, 90.0, [1.0, 2.0, 3.0]), 0.0);
     assert_eq!(far(0.0, 0.0, [-2.0, 1.0, 3.0]), 0.0);
-    // 30° towards the east: ends of the edges.
+    // Ends of the edges for 30° towards the east.
     let (s, c) = 30_f64.to_radians().sin_cos();
     assert!(far(30.0, 90.0, [c, 0.0, -s]) < 1e-14);
     assert!(far(30.0, 90.0, [0.0, 2.0, 0.0]) < 1e-14);
     assert!(far(30.0, 90.0, [3.0 * s, 0.0, 3.0 * c]) < 1e-14);
 }
 
-/// Three oblique sets of joints: the faces of the blocks have these orientations, and no others.
+/// Three oblique joint sets: block faces have these orientations and no others.
 #[test]
 fn sets_are_turned_by_all_their_joints() {
     let mut oblique = deck([2, 2, 2], [2.0, 2.0, 2.0], 1, 0.01);
@@ -237,7 +237,7 @@ fn sets_are_turned_by_all_their_joints() {
     assert!(edges[0].dot(&edges[1].cross(&edges[2])) > 0.0);
 }
 
-/// An octahedron |x| + |y| + |z| ≤ r about a centre.
+/// Octahedron |x| + |y| + |z| ≤ r about a centre.
 fn octahedron(centre: [f64; 3], r: f64) -> Triangles {
     let tip = |k: usize, way: f64| {
         let mut tip = centre;
@@ -263,7 +263,7 @@ fn inside(triangles: Triangles) -> Where {
 #[test]
 fn blocks_and_nodes_inside_a_closed_surface() {
     let cube = deck([6, 6, 6], [6.0; 3], 1, 0.01);
-    // Its tips, edges and faces lie above and below centroids, and go through some.
+    // Its tips, edges and faces lie above and below centroids, and some pass through centroids.
     for (centre, r) in [([3.0; 3], 2.5), ([3.5, 3.5, 3.5], 2.0), ([2.75, 3.1, 3.2], 2.2)] {
         let size = |x: [f64; 3]| (0..3).map(|k| f64::abs(x[k] - centre[k])).sum::<f64>();
         let halves = || (0..6).map(|i| f64::from(i) + 0.5);
@@ -308,7 +308,7 @@ fn heights(x: &[f64], y: &[f64], z: &[f64]) -> Sheet {
     }
 }
 
-/// 2 + x/2 over y = 0 and 2 over y = 4, bilinear between.
+/// Height 2.1 + x/2 over y = 0 and 2.1 over y = 4, bilinear between.
 #[test]
 fn blocks_above_and_below_a_topography() {
     let cube = deck([4, 4, 4], [4.0; 3], 1, 0.01);
@@ -336,12 +336,12 @@ fn a_topography_covers_what_it_parts() {
              has [2.5, 0.5, 0.5]",
         ],
     );
-    // The rest of the `where` leaves out what is not covered.
+    // Other conditions of the `where` may exclude the uncovered part.
     let part = Where { x: Some(Extent::Range([0.0, 2.0])), ..above(short()) };
     assert_eq!(64 - model(&remove(cube.clone(), part)).n_blocks(), 16);
     let holed = heights(&[0.0, 2.0, 4.0], &[0.0, 4.0], &[2.1, 2.1, f64::NAN, 2.1, 2.1, 2.1]);
     refused(&remove(cube.clone(), above(holed)), &["has no height at [2.5, 0.5, 0.5]"]);
-    // Nodes reach farther than centroids.
+    // Nodes extend farther than centroids.
     let centres = || heights(&[0.5, 3.5], &[0.5, 3.5], &[2.1; 4]);
     assert_eq!(64 - model(&remove(cube.clone(), above(centres()))).n_blocks(), 32);
     let mut held = cube;
@@ -349,7 +349,7 @@ fn a_topography_covers_what_it_parts() {
     refused(&held, &["fix[0].where.above.topography", "[0, 0, 0]"]);
 }
 
-/// Blocks, nodes and faces of a side; of several sets it must be said which.
+/// Blocks, nodes and faces of a side; with several sets the deck must name one.
 #[test]
 fn sides_of_sets() {
     let mut two = deck([3, 2, 2], [3.0, 2.0, 2.0], 2, 0.02);
@@ -405,7 +405,7 @@ fn bad_orientations_are_refused() {
     refused(&deck, &["blocks[0].planes", "have a direction in common"]);
 }
 
-/// How many blocks a tunnel takes in a stage, beside what the cylinder has in the model.
+/// Number of blocks that a tunnel removes, with the volume of the cylinder in the model.
 #[test]
 fn curved_excavations_say_what_they_hold() {
     let mut rock = deck([10, 5, 10], [10.0; 3], 1, 0.01);
@@ -427,7 +427,7 @@ fn curved_excavations_say_what_they_hold() {
             "excavate `tunnel`: 160 blocks, 320 m³ (the cylinder holds 384.8 m³)",
         ]
     );
-    // Ranges along blocks are what they say; on turned blocks they are not.
+    // Ranges along the axes of blocks need no report; on rotated blocks they are reported.
     let range = Where { x: Some(Extent::Range([0.0, 2.0])), ..Where::default() };
     let cube = deck([4, 4, 4], [4.0; 3], 1, 0.01);
     assert!(crate::decks::site(&remove(cube.clone(), range.clone())).selections().is_empty());

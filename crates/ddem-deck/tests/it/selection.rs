@@ -22,10 +22,10 @@ fn a_plane_in_a_gap_selects_both_sides() {
         };
         assert_eq!([on(1.99), on(2.01)], [18, 18]);
     }
-    // A side of the gap is a plane of its own.
+    // Each side of the gap is a separate plane.
     assert_eq!(plane(0, 1.99).nodes(&model).unwrap().len(), 18);
     assert_eq!(plane(0, 2.01).nodes(&model).unwrap().len(), 18);
-    // Where two gaps cross, all four.
+    // At the crossing of two gaps, the nodes of all four blocks.
     let crossing = Where { y: Some(Extent::Plane(1.0)), ..plane(0, 2.0) };
     assert_eq!(crossing.nodes(&model).unwrap().len(), 4 * 3);
     assert!(plane(0, 1.5).nodes(&model).unwrap().is_empty());
@@ -88,7 +88,7 @@ fn a_set_selects_its_own_blocks() {
     let set = |name: &str| Where { set: Some(name.into()), ..Where::default() };
     assert_eq!(set("a").nodes(&model).unwrap(), (0..27).collect::<Vec<u32>>());
     assert_eq!(set("b").nodes(&model).unwrap(), (27..27 + 64).collect::<Vec<u32>>());
-    // The sets touch but are not joined: a plane has the faces of both.
+    // The sets touch but are not joined: a plane contains the faces of both.
     assert_eq!(plane(0, 1.0).nodes(&model).unwrap().len(), 9 + 16);
     assert_eq!((Where { x: plane(0, 1.0).x, ..set("b") }).nodes(&model).unwrap().len(), 16);
     assert_eq!(crate::decks::warnings(&deck), [""; 0]);
@@ -103,8 +103,8 @@ fn the_nearest_node_is_the_lower_on_a_tie() {
     assert_eq!(model.nearest_node([1.001, 0.0, 0.0]), 8);
 }
 
-/// The same node as by looking at every one, among two oblique sets with a hole and around them, and at places
-/// that are as near to several: of a block that stays, and the lower number.
+/// The nearest node equals that of a search over all nodes, for two oblique sets with a hole. Among
+/// equally near nodes it belongs to a block that remains, and has the lowest number.
 #[test]
 fn the_nearest_node_is_found_among_all() {
     let mut deck = deck([3, 4, 2], [3.0, 2.0, 1.0], 2, 0.02);
@@ -128,7 +128,7 @@ fn the_nearest_node_is_found_among_all() {
         let stays = |node: &usize| model.removed_in(model.block_of(*node)).unwrap_or(usize::MAX);
         near.min_by_key(|node| (std::cmp::Reverse(stays(node)), *node))
     };
-    // Spread over a box that is larger than both sets, in the middle between two nodes, and far away.
+    // Points spread over a box larger than both sets, midway between two nodes, and far away.
     let spread = |k: u32| {
         let [x, y, z] = [0.618_034, 0.414_214, 0.732_051].map(|part| (f64::from(k) * part).fract());
         [14.0 * x - 2.0, 8.0 * y - 3.0, 4.0 * z - 1.0]
@@ -143,7 +143,7 @@ fn the_nearest_node_is_found_among_all() {
     }
 }
 
-/// Where two sets touch, the block that a point is in has the element, whatever node is nearest.
+/// The element at a point belongs to the block that contains the point, whichever node is nearest.
 #[test]
 fn an_element_is_the_one_that_a_point_lies_in() {
     let mut deck = deck([1; 3], [1.0; 3], 2, 0.0);
@@ -151,19 +151,19 @@ fn an_element_is_the_one_that_a_point_lies_in() {
     deck.blocks[0].joint = None;
     deck.blocks.push(BlockSet { origin: [1.0, 0.3, 0.0], divisions: 3, ..deck.blocks[0].clone() });
     let model = model(&deck);
-    // The node of the first block is the nearer one here, and has the lower number.
+    // Here the node of the first block is nearer and has the lower number.
     assert_eq!(model.block_of(model.nearest_node([1.01, 0.99, 0.5])), 0);
     assert_eq!(model.element_at([1.01, 0.99, 0.6]), (1, [0, 2, 1]));
     assert_eq!(model.element_at([0.99, 0.6, 0.6]), (0, [1, 1, 1]));
-    // On faces the lower one.
+    // On a face it is the element with the lower index.
     assert_eq!(model.element_at([1.0, 0.6, 0.6]), (0, [1, 1, 1]));
     assert_eq!(model.element_at([0.5, 0.5, 0.5]), (0, [0, 0, 0]));
-    // Outside of all the nearest.
+    // Outside of all blocks it is the nearest element.
     assert_eq!(model.element_at([-3.0, 0.9, 0.9]), (0, [0, 1, 1]));
     assert_eq!(model.element_at([5.0, 1.2, 0.9]), (1, [2, 2, 2]));
 }
 
-/// What is selected instead of nothing is close by, and its place is said.
+/// The error of an empty selection names the nearest item and its place.
 #[test]
 fn a_selection_of_nothing_says_what_is_nearest() {
     let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.0);
@@ -178,7 +178,7 @@ fn a_selection_of_nothing_says_what_is_nearest() {
         assert_eq!(error.faults[0].place, "fix[0].where");
         error.faults[0].help.clone().unwrap_or_default()
     };
-    // A corner, but no centroid.
+    // The range contains a corner, but no centroid.
     let corner = help(range(0, 1.7, 2.3));
     assert!(
         corner.ends_with(

@@ -1,11 +1,11 @@
-//! Several sets of blocks: which may overlap, what is said of those that touch, and of rigid ones.
+//! Several sets of blocks: allowed overlaps, messages about touching sets, and rigid sets.
 
 use ddem_core::Fault;
 use ddem_deck::*;
 
 use crate::decks::*;
 
-/// Three blocks in a row, and two on them that begin at `origin`.
+/// Three blocks in a row, and two blocks above them that begin at `origin`.
 fn row_and_top(origin: [f64; 3], thickness: f64) -> Deck {
     let mut deck = deck([3, 1, 1], [3.0, 1.0, 1.0], 1, thickness);
     deck.blocks[0].name = Some("row".into());
@@ -35,7 +35,7 @@ fn blocks_that_overlap_are_named() {
     let help = faults[0].help.as_deref().unwrap_or_default();
     assert!(help.contains("they may touch, or overlap by 1.000e-2 m"), "{help}");
 
-    // The deepest of all, with other numbers of blocks.
+    // The deepest overlap is reported, for other numbers of blocks too.
     let mut deck = row_and_top([2.2, 0.25, -1.5], 0.01);
     deck.blocks[1].size = Some([1.0, 0.5, 2.0]);
     let found = self::faults(&deck);
@@ -45,8 +45,8 @@ fn blocks_that_overlap_are_named() {
     );
 }
 
-/// Blocks may reach into each other as far as their joints are thick: where three sets meet, planes
-/// with and without a joint cannot all be met.
+/// Blocks may overlap by the thickness of their joints: where three sets meet, planes with and
+/// without a joint cannot all match.
 #[test]
 fn an_overlap_within_the_joints_is_none() {
     let found =
@@ -54,7 +54,7 @@ fn an_overlap_within_the_joints_is_none() {
     assert_eq!(found(0.0, 0.01), 0);
     assert_eq!(found(0.01, 0.01), 0);
     assert_eq!(found(0.0101, 0.01), 1);
-    // Without thickness there is no room but for rounding, and blocks without joints have none either.
+    // Without thickness only rounding is allowed; the same holds for blocks without joints.
     for (z, wrong) in [(0.99991, 0), (0.99989, 1)] {
         let mut flat = row_and_top([1.5, 0.0, z], 0.0);
         let stiff = Some(1e9);
@@ -86,13 +86,14 @@ fn a_set_may_fill_what_was_removed_from_another() {
     let sphere = Some(Sphere { centre: [1.5; 3], radius: 0.1 });
     let region = Where { sphere, ..Where::default() };
     deck.remove.push(Remove { region, ..Remove::default() });
-    // `remove` is for all sets; what is to fill the hole must not be in it.
+    // `remove` applies to all sets; the set that fills the hole must be excluded.
     deck.remove[0].region.set = Some("around".into());
     deck.blocks[0].name = Some("around".into());
     assert_eq!(faults(&deck), []);
 }
 
-/// The blocks of oblique and turned sets are found by the search of neighbours as by looking at all.
+/// The neighbour search finds the same overlaps of oblique and rotated sets as a search over all
+/// blocks.
 #[test]
 fn the_search_finds_what_looking_at_all_finds() {
     let mut random = Random::new(7);
@@ -106,7 +107,7 @@ fn the_search_finds_what_looking_at_all_finds() {
             axes: axes[1],
             ..whole.blocks[0].clone()
         });
-        // Each block of the first set as a set of its own.
+        // Each block of the first set becomes a separate set.
         let units = axes[0].map(|axis| Vec3::from(axis).normalize());
         let cells = (0..12).map(|i| [i % 3, i / 3 % 2, i / 6]);
         let mut blocks = vec![whole.blocks[1].clone()];
@@ -125,7 +126,7 @@ fn the_search_finds_what_looking_at_all_finds() {
             faults(deck).iter().filter_map(number).fold(0.0, f64::max)
         };
         let (expected, found) = (depth(&single), depth(&whole));
-        // The skin of two sets is larger than that of one and a block.
+        // The tolerance between two sets exceeds that between a set and a single block.
         if expected > 0.002 {
             assert_eq!(found, expected);
             overlapping += 1;
@@ -137,7 +138,7 @@ fn the_search_finds_what_looking_at_all_finds() {
     assert!(overlapping > 10 && apart > 5, "{overlapping} {apart}");
 }
 
-/// Many sets, and large ones, are looked through in no time.
+/// Many sets and large sets are checked quickly.
 #[test]
 fn large_and_many_sets_are_compared_quickly() {
     let mut deck = deck([60, 60, 30], [60.0, 60.0, 30.0], 1, 0.01);
@@ -148,7 +149,7 @@ fn large_and_many_sets_are_compared_quickly() {
     let at = |i: u32| [i % 13, i / 13 % 13, i / 169].map(|c| f64::from(c) + 0.001);
     deck.blocks = (0..2000).map(|i| BlockSet { origin: at(i), ..brick.clone() }).collect();
     assert_eq!(faults(&deck), []);
-    // Of very many faults some are said.
+    // Only some of very many errors are reported.
     deck.blocks.iter_mut().for_each(|set| set.origin = [0.0; 3]);
     assert_eq!(faults(&deck).len(), 50);
 }
@@ -156,7 +157,7 @@ fn large_and_many_sets_are_compared_quickly() {
 #[test]
 fn sets_that_touch_are_warned_of_where_no_contacts_are_found() {
     let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
-    // With a joint on both sides they are joined.
+    // With a joint on both sides the sets are joined.
     deck.model.contact = Some(false);
     assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     deck.model.contact = None;
@@ -192,7 +193,7 @@ fn what_is_said_of_contacts_that_are_not_found_has_no_effect() {
     assert_eq!(start(&deck), [""; 0]);
 }
 
-/// Contacts of a stiffness that is given, under two cubes of rock and their weight.
+/// Contacts of a given stiffness between cubes of rock under their weight.
 #[test]
 fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
     let said = |change: &dyn Fn(&mut Deck)| {
@@ -236,7 +237,7 @@ fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
              the one below: contacts have 1.00e5 Pa/m [soft-contact]"
         ]
     );
-    // Without contacts nothing is said of them, but that they are not there.
+    // Without contacts the only warning is that there are none.
     let none = said(&|deck| {
         deck.model.contact = Some(false);
         deck.contact.normal_stiffness = Some(1e18);

@@ -1,4 +1,4 @@
-//! Sizes of charges, and warnings about decks.
+//! Data of charges, and warnings about decks.
 
 use ddem_deck::*;
 
@@ -19,7 +19,7 @@ fn dynamic(name: &str, duration: f64) -> Stage {
     Stage { kind: StageKind::Dynamic, duration: Some(duration), ..relax_stage(name) }
 }
 
-/// Blocks of a metre without joints' thickness: cavities are boxes.
+/// Blocks of a metre with joints without thickness, so that cavities are boxes.
 fn boxes(cells: &[[f64; 3]]) -> Deck {
     let mut deck = hollow(BOX, cells, 0.0);
     let stiff = Some(1e10);
@@ -40,8 +40,8 @@ fn faults(deck: &Deck) -> String {
     error.faults.iter().map(|f| format!("{f} {}", f.help.as_deref().unwrap_or_default())).collect()
 }
 
-/// By hand: 500 kg of TNT in two cubic metres, whose pressure of detonation is
-/// 1630 · 6930²/(2 · 3.727) = 10.5016 GPa and which has expanded 2 · 1630/500 = 6.52 times.
+/// Values computed by hand: 500 kg of TNT in two cubic metres. The detonation pressure is 1630 ·
+/// 6930²/(2 · 3.727) = 10.5016 GPa, and the gas has expanded 2 · 1630/500 = 6.52 times.
 #[test]
 fn charges_have_walls_volumes_and_pressures() {
     let mut deck = boxes(&[[1.0; 3], [2.0, 1.0, 1.0]]);
@@ -86,8 +86,9 @@ fn a_charge_is_warned_of_whose_hole_was_forgotten() {
     let reaches = Cylinder { radius: 0.6, ..line };
     deck.charge = vec![tnt(Where { cylinder: Some(reaches), ..Where::default() }, 1.0)];
     assert!(one_of(&deck, "[missing-remove]").contains("the block at [1.5, 1.5, 0.5]"));
-    // Around joints alone, or on a plane of joints, it is meant; also where it takes those of several
-    // blocks: along a line of joints, and all in a part of the model.
+    // No warning if the region contains joints only or is a plane of joints. No warning either if
+    // it takes the joints of several blocks: along a line of joints, and all joints in a part of
+    // the model.
     let joints = Cylinder { from: [2.0, 1.5, 0.0], to: [2.0, 1.5, 4.0], radius: 0.8 };
     for region in [
         ball([2.0, 1.5, 1.5], 0.4),
@@ -132,15 +133,15 @@ fn a_blast_in_statics_is_warned_of() {
     let from = Some("blast".to_owned());
     assert_eq!(said(&Charge { from, ..charge.clone() }), "");
     assert_eq!(said(&Charge { delay: Some(0.05), ..charge.clone() }), "");
-    // It has gone off before that stage.
+    // The charge has detonated before that stage.
     let again = vec![dynamic("blast", 0.1), relax_stage("rest"), dynamic("more", 0.1)];
     let later = Deck { charge: vec![charge.clone()], stage: again, ..deck.clone() };
     assert_eq!(crate::decks::warnings(&later), [""; 0]);
     let pulse = History::Triangle(Triangle { rise: 1e-4, fall: Some(1e-4), duration: None });
     assert_eq!(said(&given(region.clone(), 2e8, pulse)), "");
-    // Gas that is stored.
+    // Stored gas.
     assert_eq!(said(&gas(region, 1e7)), "");
-    // Nothing moves afterwards: an equilibrium is what is wanted.
+    // No motion follows, so an equilibrium is intended.
     let still = Deck { charge: vec![charge], stage: vec![relax_stage("weight")], ..deck.clone() };
     assert_eq!(crate::decks::warnings(&still), [""; 0]);
 }
@@ -163,7 +164,7 @@ fn stemming_of_another_set_is_warned_of() {
     let said = one_of(&deck, "[blocks-in-cavity]");
     assert!(said.starts_with("charge[0].where: 1 blocks of set `stemming`"), "{said}");
     assert!(said.contains("at [1.5, 1.5, 2.5]"), "{said}");
-    // Many small ones, oblique to the cavity, are counted as one by one.
+    // Many small blocks, oblique to the cavity, are counted one by one.
     deck.blocks[1] = BlockSet {
         origin: [1.45, 1.15, 2.2],
         size: Some([0.6; 3]),
@@ -183,7 +184,8 @@ fn stemming_of_another_set_is_warned_of() {
     assert!(said.starts_with("charge[0].where: 26 blocks of set `stemming`"), "{said}");
 }
 
-/// Whether nothing is there, blocks of another set, or of another size; and where.
+/// The warning names the end of a cavity: no block, blocks of another set or of another size, and
+/// the place.
 #[test]
 fn it_is_said_where_a_cavity_ends_and_at_what() {
     let mut deck = boxes(&[[1.0, 1.0, 3.0]]);
@@ -201,7 +203,7 @@ fn it_is_said_where_a_cavity_ends_and_at_what() {
     let said = one_of(&lid, "charge[0]");
     assert!(said.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"), "{said}");
     assert!(!said.contains("open"), "{said}");
-    // Over a seam, and farther away.
+    // A gap like that of a joint, and a larger one.
     for (seam, closed) in [(4e-3, true), (0.04, true), (0.2, false)] {
         lid.blocks[1].origin[2] = 4.0 + seam;
         let said = one_of(&lid, "charge[0]");
@@ -212,7 +214,7 @@ fn it_is_said_where_a_cavity_ends_and_at_what() {
         );
         assert_eq!(said.contains("open to the outside"), !closed, "{said}");
     }
-    // Finer blocks below, and beside them a hole in these.
+    // Finer blocks below the cavity, and then a hole among them.
     let mut split = boxes(&[[1.0; 3]]);
     split.refine = vec![Refine { region: within([0.0; 3], [4.0, 4.0, 1.0]), factor: 2 }];
     split.charge = vec![gas(within([0.9; 3], [2.1; 3]), 1e6)];
@@ -225,7 +227,8 @@ fn it_is_said_where_a_cavity_ends_and_at_what() {
     assert!(said.contains("continues at [1.5, 1.5, 1] among blocks"), "{said}");
 }
 
-/// A single wall is measured against its own start: the others' mean would be its own way.
+/// The displacement of a single wall is measured from its own start; the mean over all walls would
+/// be its own displacement.
 #[test]
 fn gas_behind_a_single_wall_gets_out() {
     let mut deck = boxes(&[[1.0; 3]]);
@@ -278,7 +281,7 @@ fn where_nothing_is_selected_the_nearest_is_said() {
     deck.remove.push(Remove { region: beyond.clone(), from, ..Remove::default() });
     let said = faults(&deck);
     assert!(said.contains("remove[1].where") && said.contains("no block there"), "{said}");
-    // That at [3.5, 3.5, 3.5] is gone: one of those beside it.
+    // The block at [3.5, 3.5, 3.5] has been removed, so the nearest is one of those beside it.
     assert!(said.contains("that of the nearest is at [3.5, 3.5, 2.5]"), "{said}");
     let beyond = within([3.6, 3.6, 2.1], [9.0, 9.0, 2.45]);
     let assign = |joint: bool, material: bool| {
@@ -358,7 +361,8 @@ fn a_set_that_is_taken_out_as_a_whole_is_named() {
     assert!(one_of(&deck, "[empty-set]").contains("all blocks of set `lining`"));
 }
 
-/// A roller on a side that does not reflect; a base that waves come in by may stand on some.
+/// A support normal to a non-reflecting side is reported. A base with an incoming wave may have
+/// such a support.
 #[test]
 fn boundaries_that_are_held_across_are_named() {
     let mut deck = boxes(&[]);

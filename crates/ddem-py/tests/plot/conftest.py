@@ -1,4 +1,4 @@
-"""What all tests of pictures draw."""
+"""Fixtures of all tests of pictures."""
 
 import pytest
 from ddem._plot import plot

@@ -1,4 +1,4 @@
-"""Four blocks in a row, as a simulation shows them."""
+"""Four blocks in a row, with the interface of a simulation."""
 
 from types import SimpleNamespace
 
@@ -25,7 +25,7 @@ PAIR = np.dtype(
 
 
 def four_blocks(divisions=2):
-    """Four cubes of 1 m in a row along x, a wave of displacement, joints at x = 1, 2, 3."""
+    """Four cubes of 1 m in a row along x, with a wave of displacement and joints at x = 1, 2, 3."""
     n = divisions
     steps = np.arange(n + 1) / n
     z, y, x = np.meshgrid(steps, steps, steps, indexing="ij")

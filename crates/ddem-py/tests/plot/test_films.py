@@ -1,4 +1,4 @@
-"""Films show every frame where it is, and no block that has been removed."""
+"""Films show every frame at its place, and no removed block."""
 
 import ddem
 import numpy as np
@@ -11,7 +11,7 @@ Image = pytest.importorskip("PIL.Image")
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A block that flies to the right, beside one that is held and then removed."""
+    """A block that flies to the right, beside a block that is fixed and later removed."""
     out = tmp_path_factory.mktemp("films") / "flight"
     model = ddem.Model(title="flight", contact=False)
     rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
@@ -41,7 +41,7 @@ SEEN = {"view": "xz", "window_size": (600, 400), "edges": "none"}
 
 
 def columns(picture):
-    """Columns of a picture in which something is drawn, away from text, axes and bar."""
+    """Columns of a picture that are not empty, away from text, axes and colour bar."""
     part = picture[120:300, :]
     return np.flatnonzero((np.abs(part - 255).sum(axis=2) > 30).any(axis=0))
 
@@ -52,16 +52,16 @@ def test_blocks_move_and_are_removed(folder, tmp_path):
     assert made == tmp_path / "film.gif" and film.size == (600, 400)
     assert film.n_frames == len(ddem.Results(folder)) == 9
     right = [columns(picture).max() for picture in found]
-    # 10 m/s: as far from each picture to the next, to a pixel or two.
+    # 10 m/s: the same distance between successive pictures, to a pixel or two.
     assert np.ptp(np.diff(right)) <= 2 and min(np.diff(right)) > 20
     left = np.array([columns(picture).min() for picture in found])
-    # The camera stands still: so does the held block, until it is gone.
+    # The camera does not move, and neither does the fixed block until it is removed.
     assert np.ptp(left[:5]) <= 1
     assert (left[5:] > left[0] + 50).all()
 
 
 def test_colours_follow_the_frames_on_one_bar(folder, tmp_path):
-    """The displacement grows: what is red at first is yellow in the end, and not before."""
+    """The displacement grows, so the colour changes from red at first to yellow at the end."""
     made = ddem.animate(ddem.Results(folder), tmp_path / "film.gif", cmap="autumn", **SEEN)
     _, found = pictures(made)
     shades = []
@@ -84,7 +84,7 @@ def test_arrays_of_the_user_and_frames(folder, tmp_path):
     _, found = pictures(
         ddem.animate(folder, tmp_path / "near.gif", frames=[0, 1], camera=camera, **SEEN)
     )
-    # 30.5 m away half the picture is 8.2 m high: a metre has 24 pixels.
+    # At a distance of 30.5 m half of the picture is 8.2 m high, so a metre has 24 pixels.
     assert columns(found[1]).max() - columns(found[0]).max() == pytest.approx(0.5 * 24.5, abs=2)
 
 

@@ -12,7 +12,7 @@ pytest.importorskip("plotly")
 
 @pytest.fixture
 def folder(simulation, tmp_path):
-    """Two frames, written by VTK; in the second everything has moved twice as far."""
+    """Two frames written by VTK; in the second frame all displacements are twice as large."""
     from vtkmodules.util.vtkAlgorithm import VTKPythonAlgorithmBase
     from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
     from vtkmodules.vtkIOHDF import vtkHDFWriter

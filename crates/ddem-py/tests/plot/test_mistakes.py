@@ -1,4 +1,4 @@
-"""What pictures refuse, and what they miss."""
+"""Errors of pictures, and missing packages."""
 
 import subprocess
 import sys

@@ -1,4 +1,4 @@
-"""Pages: what plotly is told to draw, and that they stand alone."""
+"""Pages: the data given to plotly, and pages without external files."""
 
 import base64
 import json
@@ -21,7 +21,7 @@ pytest.importorskip("plotly")
 
 
 class Tags(HTMLParser):
-    """The tags of a page, all that they refer to, and its scripts."""
+    """The tags of a page, all its references and its scripts."""
 
     def __init__(self):
         super().__init__()
@@ -38,7 +38,7 @@ class Tags(HTMLParser):
 
 
 def page(path):
-    """The tags of a page, and what plotly is told to draw: traces, layout and settings."""
+    """The tags of a page, and the data given to plotly: traces, layout and settings."""
     tags = Tags()
     tags.feed(path.read_text("utf-8"))
     told = tags.scripts[-1].split("Plotly.newPlot(", 1)[1]
@@ -52,7 +52,7 @@ def page(path):
 
 
 def numbers(value):
-    """An array as plotly packs it."""
+    """An array in the packed form of plotly."""
     if set(value) != {"dtype", "bdata"}:
         return value
     return np.frombuffer(base64.b64decode(value["bdata"]), "<" + value["dtype"])
@@ -66,14 +66,14 @@ def triangles(trace):
     return np.stack([trace[corner] for corner in "ijk"], axis=1)
 
 
-# --- what they hold ---
+# --- contents ---
 
 
 def test_page_stands_alone(simulation, tmp_path):
     plot(simulation, joints="state", html=tmp_path / "page.html")
     tags, _, layout, settings = page(tmp_path / "page.html")
     assert tags.refers == []
-    # The title cannot end the script nor write tags of its own.
+    # The title can neither end the script nor add tags.
     assert set(tags.tags) == {"html", "head", "meta", "title", "style", "body", "div", "script"}
     assert layout["title"]["text"].startswith("four blocks &lt;/script&gt;&lt;b&gt;<br>")
     # Plotly 7 would offer to send all numbers to a server.
@@ -132,7 +132,7 @@ def test_page_has_each_state_with_its_count(drawn, simulation, tmp_path):
     faces = {trace["name"]: trace for trace in traces if trace["type"] == "mesh3d"}
     assert list(faces) == ["blocks", "bonded", "failed in shear"]
     for (legend, entry), (name, colour) in zip(entries.items(), _layers.STATES[:3], strict=True):
-        # A click on the entry hides what belongs to it.
+        # A click on the entry hides its whole group.
         assert entry["legendgroup"] == name
         assert entry["marker"]["color"] == colour
         assert legend.startswith(name)
@@ -153,7 +153,7 @@ def test_page_counts_from_near_where_coordinates_are_large(simulation, tmp_path)
     for trace in (faces, lines):
         ends = places(trace)
         ends = ends[np.isfinite(ends).all(axis=1)] + [500000.0, -4100000.0, 0.0]
-        # Single precision alone would be off by decimetres.
+        # Single precision alone would cause errors of decimetres.
         assert np.allclose(ends.min(axis=0), moved.min(axis=0), rtol=0, atol=1e-6)
         assert np.allclose(ends.max(axis=0), moved.max(axis=0), rtol=0, atol=1e-6)
 
@@ -173,7 +173,7 @@ def test_page_shows_all_of_the_model_in_true_proportions(simulation, tmp_path, s
         points = (places(faces).astype(float) - low) / (high - low)
         assert points.min() > 0.0
         assert points.max() < 1.0
-        # All corners of the axes are in the picture, and they are not far away.
+        # All corners of the axes are in the picture and not too far away.
         points = (np.array(list(product((0.0, 1.0), repeat=3))) - 0.5) * aspect
         eye, up = (np.array(list(scene["camera"][of].values())) for of in ("eye", "up"))
         back = eye / np.linalg.norm(eye)
@@ -225,12 +225,12 @@ def test_page_stays_small(tmp_path):
     assert 30 < (sizes[1] - sizes[0]) / (4 * 6 * 32**2) < 75
 
 
-# --- where they are shown ---
+# --- where pages are shown ---
 
 
 @pytest.fixture
 def inline(monkeypatch):
-    """What plot() shows below the cell of a notebook."""
+    """Objects that plot() displays below the cell of a notebook."""
     display = pytest.importorskip("IPython.display")
     monkeypatch.setattr(_plot, "_in_notebook", lambda: True)
     shown = []

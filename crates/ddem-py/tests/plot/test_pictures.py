@@ -1,4 +1,4 @@
-"""Pictures: where things are, what colours mean, and files of them."""
+"""Pictures: positions, meaning of colours, and picture files."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ pv = pytest.importorskip("pyvista")
 pytest.importorskip("plotly")
 
 
-# --- where things are ---
+# --- positions ---
 
 
 def test_blocks_are_drawn_where_they_have_moved(drawn, simulation):
@@ -28,7 +28,7 @@ def test_only_faces_between_elements_of_a_block_are_left_out(drawn):
 
 def test_edges_are_the_twelve_of_each_block_unless_all_are_wanted(drawn):
     assert drawn(edges="blocks")["edges"].n_cells == 4 * 12 * 2
-    # 3 lines of 2 edges in 2 directions on 6 faces; those on the twelve edges belong to two faces.
+    # 3 lines of 2 edges in 2 directions on 6 faces; lines on the twelve edges belong to two faces.
     assert drawn(edges="elements")["edges"].n_cells == 4 * (6 * 12 - 12 * 2)
     assert "edges" not in drawn(edges="none")
 
@@ -50,7 +50,7 @@ def test_automatic_scale(most, scale):
     assert _scene.automatic_scale(points, np.array([[0.0, 0.0, -most], [0.0, 0.0, 0.0]])) == scale
 
 
-# --- what colours mean ---
+# --- meaning of colours ---
 
 
 def test_fragments_differ_from_their_neighbours_and_the_largest_from_all():
@@ -78,7 +78,7 @@ def test_fragments_differ_from_their_neighbours_and_the_largest_from_all():
     plotter.close()
     outside = colour >= 0
     assert ((colour == 0) == (fragment == 0))[outside].all()
-    # Blocks inside have no face that is drawn: all are asked for.
+    # Blocks inside have no visible face, so the colours of all blocks are requested.
     frame = _scene.frame_of(simulation, -1, False)
     number = simulation.block_fragment[simulation.element_block]
     all_colours = _scene.apart(frame, number, 11)
@@ -88,9 +88,9 @@ def test_fragments_differ_from_their_neighbours_and_the_largest_from_all():
     for axis in range(3):
         apart = np.diff(which, axis=axis) != 0
         assert apart.any() and (np.diff(cube, axis=axis)[apart] != 0).all()
-    # None is left out.
+    # Every colour is used.
     assert set(np.unique(cube)) == set(range(12))
-    # By their numbers where that is wanted.
+    # With a colour map the fragment number is the value.
     plotter = plot(simulation, "fragment", cmap="viridis", show=False)
     mesh = plotter.actors["blocks"].mapper.dataset
     assert np.array_equal(mesh.cell_data["fragment"], number[mesh["element"]])
@@ -126,7 +126,7 @@ def test_measures_of_stress():
     assert np.allclose(_scene.measure(both, "von_mises")[0], [5.0 * np.sqrt(3.0), 7.0])
     for part, exact in (("s1", [5.0, 0.0]), ("s2", [0.0, 0.0]), ("s3", [-5.0, -7.0])):
         assert np.allclose(_scene.measure(both, part)[0], exact, atol=1e-12)
-    # 3, 1, -2 turned about an axis in general position.
+    # Principal values 3, 1, -2, rotated about an axis in general position.
     turned, _ = np.linalg.qr([[1.0, 2.0, 3.0], [0.0, 1.0, 4.0], [5.0, 6.0, 0.0]])
     full = turned @ np.diag([3.0, 1.0, -2.0]) @ turned.T
     stress = full[[0, 1, 2, 0, 1, 2], [0, 1, 2, 1, 2, 0]][None]
@@ -192,7 +192,7 @@ def test_blocks_and_joints_both_coloured(drawn):
 
 
 def colours(path):
-    """How many colours an image has, greys of smoothed letters left out."""
+    """Number of colours of an image, without the greys of smoothed letters."""
     image = pv.read(path).active_scalars[:, :3].astype(int)
     return len(np.unique(image[np.ptp(image, axis=1) > 24], axis=0))
 

@@ -1,4 +1,4 @@
-"""Histories of probes: read back, and drawn."""
+"""Histories of probes, read and drawn."""
 
 import csv
 

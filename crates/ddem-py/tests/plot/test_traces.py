@@ -1,4 +1,4 @@
-"""Joints where they come to the outside, and blocks that move."""
+"""Traces of joints on the outer faces, and moving blocks."""
 
 import ddem
 import numpy as np
@@ -13,7 +13,7 @@ STIFF = {"normal_stiffness": 1e10, "shear_stiffness": 1e10}
 
 
 def quarter(thickness=0.0, body="deformable", divisions=3):
-    """Four blocks of a metre, two beside two: joints cross in the middle."""
+    """Four blocks of a metre in two rows, so that joints cross in the middle."""
     joint = ddem.Joint(thickness=thickness, **STIFF)
     model = ddem.Model(contact=False)
     keys = {"divisions": divisions, "material": ROCK, "joint": joint, "body": body}
@@ -23,13 +23,15 @@ def quarter(thickness=0.0, body="deformable", divisions=3):
 
 
 def lines(mesh):
-    """Lengths and middles of the lines of a mesh."""
+    """Lengths and midpoints of the lines of a mesh."""
     ends = mesh.points[mesh.lines.reshape(-1, 3)[:, 1:]]
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), ends.mean(axis=1)
 
 
 def test_legends_count_the_pairs_that_are_there(tmp_path):
-    """A cavity at a corner of eight blocks has taken three of their twelve joints, of four pairs each."""
+    """A cavity at a corner of eight blocks removes three of their twelve joints, with four pairs
+    each.
+    """
     model = ddem.Model(contact=False)
     joint = ddem.Joint(**STIFF)
     model.add_blocks(size=(2, 2, 2), count=(2, 2, 2), divisions=1, material=ROCK, joint=joint)
@@ -48,13 +50,15 @@ def test_legends_count_the_pairs_that_are_there(tmp_path):
 @pytest.mark.parametrize("thickness", [0.0, 0.02])
 @pytest.mark.parametrize(("body", "divisions"), [("deformable", 2), ("deformable", 4), ("rigid", 1)])
 def test_traces_are_where_joints_come_to_the_outside(drawn, thickness, body, divisions):
-    """Four joints of a square metre: three edges of each outside, on both sides, none at the crossing."""
+    """Four joints of a square metre: three outer edges each, drawn on both sides, none at the
+    crossing.
+    """
     meshes = drawn(of=quarter(thickness, body, divisions), joints="traces", scale=1.0)
     lengths, middles = lines(meshes["bonded, traces"])
     assert lengths.sum() == pytest.approx(4 * 3 * 2, rel=2 * thickness)
     at = np.abs(middles - 1.0)
     half = 0.5 * thickness + 1e-6
-    # On the top, the bottom or the four sides, and on one of the two planes.
+    # The traces lie on the top, the bottom or the four sides, and in one of the two joint planes.
     outside = (at[:, :2] > 1.0 - half).any(axis=1) | (np.abs(middles[:, 2] - 0.5) > 0.5 - half)
     assert outside.all() and (at[:, :2].min(axis=1) <= half).all()
 
@@ -65,10 +69,10 @@ def test_traces_have_the_states_of_their_pairs(drawn, simulation):
     meshes = drawn(joints="traces", scale=0.0)
     lengths, middles = lines(meshes["failed in shear, traces"])
     here = np.abs(middles[:, 0] - 1.0) < 0.1
-    # Half an edge of an element each way, on both blocks.
+    # Half an element edge in each direction, on both blocks.
     assert lengths[here].sum() == pytest.approx(4 * 0.25)
     assert lengths[~here].sum() == pytest.approx(2 * 4.0)
-    # The blocks stay opaque, with their field.
+    # The blocks stay opaque and keep their field.
     assert meshes["blocks"].array_names[0] == "displacement magnitude (m)"
 
 
@@ -90,7 +94,7 @@ def test_joints_whose_sides_have_parted_have_no_trace(drawn, simulation):
 
 
 def width(file, thickness):
-    """Pixels across the trace of a joint that is seen from its side."""
+    """Width in pixels of the trace of a joint seen edge-on."""
     simulation = quarter(thickness)
     plot(simulation, "block", joints="traces", view="xz", scale=1.0, cmap="autumn", screenshot=file)
     image = pv.read(file)
@@ -125,7 +129,7 @@ def test_no_joints_is_an_error(simulation):
 
 
 def test_blocks_that_move_are_outlined(tmp_path):
-    """The upper two of four slide together: nothing is drawn between them."""
+    """The upper two of four blocks slide together, so no line is drawn between them."""
     model = ddem.Model(gravity=(0, 0, -9.81))
     keys = {"divisions": 2, "material": ROCK, "joint": ddem.Joint(**STIFF)}
     model.add_blocks(name="bed", size=(2, 1, 1), count=(2, 1, 1), **keys)

@@ -1,4 +1,4 @@
-"""What is written on pictures: stage, step or time, magnification, units, what is left out."""
+"""Text on pictures: stage, step or time, magnification, units, and omitted blocks."""
 
 import subprocess
 import sys
@@ -15,7 +15,7 @@ pytest.importorskip("plotly")
 
 
 def written(source, *args, **options):
-    """All that is written on a picture."""
+    """All texts on a picture."""
     plotter = plot(source, *args, show=False, **options)
     texts = [actor.input for actor in plotter.actors.values() if hasattr(actor, "input")]
     plotter.close()
@@ -24,7 +24,7 @@ def written(source, *args, **options):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """A column that settles and is pushed."""
+    """Results of a column that settles and is pushed."""
     out = tmp_path_factory.mktemp("words") / "staged"
     ddem.run_deck(staged(), out=out, quiet=True)
     return out
@@ -46,7 +46,7 @@ def test_a_simulation_has_steps_until_it_moves_in_time():
     assert f"relax 1, step {steps}, displacements × 20" in written(simulation, scale=20)
     simulation.run(1e-4, quiet=True)
     assert "run 2, t = 0.0001 s, true displacements" in written(simulation, scale=1)
-    # No stage is over while one goes on, or once plain steps have followed.
+    # No stage is shown as finished during a stage, or after plain steps.
     during = []
     simulation.run(1e-4, callback=lambda s: during.append(written(s, scale=1)), every=5e-5, quiet=True)
     assert any(text.startswith("t = 0.0001") for text in during[0])
@@ -103,7 +103,7 @@ def test_units_are_written_by_size(simulation):
     texts = written(simulation)
     most = np.linalg.norm(simulation.displacement, axis=1).max()
     assert "displacement magnitude (mm)" in texts and f"{1e3 * most:.4g}" in texts
-    # Numbers of the user stay as they are.
+    # Numbers of the user are shown unchanged.
     texts = written(simulation, simulation.displacement[:, 2], label="rise (m)")
     assert "rise (m)" in texts and f"{simulation.displacement[:, 2].max():.4g}" in texts
 
@@ -140,7 +140,7 @@ def test_rigid_blocks_alone_have_no_bar_of_stress(simulation):
 
 
 def row(n):
-    """Blocks in a row, each with a joint to the next."""
+    """Blocks in a row, each joined to the next."""
     model = ddem.Model(contact=False)
     joint = ddem.Joint(normal_stiffness=1e10, shear_stiffness=1e10)
     model.add_blocks(size=(n, 1, 1), count=(n, 1, 1), divisions=1, material=ROCK, joint=joint)
@@ -165,7 +165,7 @@ def test_few_blocks_far_away_do_not_shrink_the_model(gone, there, tmp_path):
         plotter.close()
     said = [text for text in texts if "outside the picture" in text]
     if there:
-        # The blocks that are left are no longer as many: the picture is at most that much larger.
+        # The remaining blocks are fewer, so the picture is at most that much larger.
         assert 0.5 * heights[0] < heights[1] <= heights[0] * 1.001
         assert bars == pytest.approx([1e-3, 1e-3])
         number = "1 block is" if gone == 1 else "2 blocks are"
