@@ -41,7 +41,7 @@ pub struct PairFailure {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PairContext<'a> {
     /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
-    pub failing: Option<f64>,
+    pub failure_divisor: Option<f64>,
     /// True if joints that have turned about their bonded pairs release them: a contact takes over.
     pub turning: bool,
     /// Slip goes on from the last equilibrium, not from the last step.
@@ -79,7 +79,7 @@ impl JointPoint {
         traction: Traction,
         turned: bool,
     ) -> Option<FailureMode> {
-        let factor = context.failing.filter(|_| self.failure.is_none())?;
+        let factor = context.failure_divisor.filter(|_| self.failure.is_none())?;
         let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
         failure.or((turned && law.bonds()).then_some(FailureMode::Shear))
     }
@@ -121,11 +121,11 @@ impl JointPoint {
             (self.state.traction, self.state.gap) = (elastic(springs.stiffness, own), own.x);
             return PointLoss::default();
         };
-        let bore = self.state.traction;
+        let previous_traction = self.state.traction;
         let opening = Opening { normal: own.x, shear: own.yz() };
         let mut loss = springs.update(law, opening, &mut self.state);
         if let Some(du) = du {
-            springs.begin_failure(bore, du, &mut loss, &mut self.state);
+            springs.begin_failure(previous_traction, du, &mut loss, &mut self.state);
         }
         loss
     }

@@ -81,7 +81,7 @@ impl DashpotNode<'_> {
         if motion.fictitious {
             return Vector3::zeros();
         }
-        let part = 0.5 * motion.behind();
+        let part = 0.5 * motion.previous_step_ratio();
         let ahead = self.ahead(motion.local, part, velocities);
         let drawn = -(dashpot.resistance * (now * (1.0 - part) + ahead * part));
         if motion.local == 0.0 {

@@ -41,11 +41,11 @@ pub(crate) fn joint<S: Simd>(
 ) {
     let n = 3 * at.nodes(input.moved.packs);
     let face = input.face(at);
-    let rotation = alone(simd, input, at, broken.as_ref(), work);
+    let rotation = element_forces(simd, input, at, broken.as_ref(), work);
     let fails = fail(simd, input, at, rotation.as_ref(), broken, out.losses, work);
     if let Some([_, joints]) = &mut out.energy {
         let stored = half_work(simd, &work.local[..n], &work.g[..n])
-            + in_place(simd, input, at, broken.as_ref(), &work.local[..n]);
+            + initial_stress_energy(simd, input, at, broken.as_ref(), &work.local[..n]);
         *joints = Lanes::from(joints.load(simd) + stored);
     }
     let mut pull = None;
@@ -58,13 +58,13 @@ pub(crate) fn joint<S: Simd>(
         };
         let sides = SideDisplacements { local: &work.local[..n], du, grounds: &grounds };
         let springs =
-            broken.add_spring_forces(face, input.look, sides, &mut work.g[..n], out.losses);
+            broken.add_spring_forces(face, input.pair_context, sides, &mut work.g[..n], out.losses);
         if let Some([_, joints]) = &mut out.energy {
             *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
         }
         pull = Some((face.section, springs, blocks));
     }
-    give(simd, input, at, rotation, pull, out, work);
+    scatter_forces(simd, input, at, rotation, pull, out, work);
 }
 
 /// Computes the forces `K u` of the remaining elements of a joint lattice, initial stress included.
@@ -99,7 +99,7 @@ fn elements<S: Simd>(
 /// Energy of the remaining elements due to the initial stress, in excess of half the work of their
 /// forces `[J]`.
 #[inline(always)]
-fn in_place<S: Simd>(
+fn initial_stress_energy<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
@@ -125,7 +125,9 @@ fn fail<S: Simd>(
     work: &mut Workspace,
 ) -> bool {
     let Some(face) = input.face(at) else { return false };
-    if input.look.failing.is_none() || (broken.is_none() && !any_fails(simd, input, face, work)) {
+    if input.pair_context.failure_divisor.is_none()
+        || (broken.is_none() && !any_fails(simd, input, face, work))
+    {
         return false;
     }
     let packs = input.moved.packs;
@@ -135,15 +137,15 @@ fn fail<S: Simd>(
         BrokenLattice::intact(packs, &packs.packs[at.pack], tables, at.offset)
     });
     let n = 3 * at.nodes(packs);
-    let before = in_place(simd, input, at, Some(lattice), &work.local[..n]);
-    let fails = lattice.fail(face, input.look, &work.local[..n], &work.g[..n], losses);
+    let before = initial_stress_energy(simd, input, at, Some(lattice), &work.local[..n]);
+    let fails = lattice.fail(face, input.pair_context, &work.local[..n], &work.g[..n], losses);
     if fails {
         work.before[..n].copy_from_slice(&work.g[..n]);
         elements(simd, input, at, Some(lattice), work);
         last_du(simd, input, at, rotation, &mut work.du[..n]);
         let forces = [&work.before[..n], &work.g[..n]];
         lattice.transfer_to_springs(face, &work.local[..n], &work.du[..n], forces, losses);
-        let after = in_place(simd, input, at, Some(lattice), &work.local[..n]);
+        let after = initial_stress_energy(simd, input, at, Some(lattice), &work.local[..n]);
         losses.fracture += Lanes::from(before - after).sum();
     } else if !was_broken {
         *broken = None;
@@ -181,7 +183,7 @@ fn any_fails<S: Simd>(
     FaceLattice { node_pairs, section }: FaceLattice<'_>,
     work: &mut Workspace,
 ) -> bool {
-    let law = |lane: usize| input.look.law(section.laws[lane]);
+    let law = |lane: usize| input.pair_context.law(section.laws[lane]);
     if (0..LANES).all(|lane| law(lane).is_none()) {
         return false;
     }
@@ -190,7 +192,7 @@ fn any_fails<S: Simd>(
     normals.resize(n.max(normals.len()), 0.0);
     shears.resize(n.max(shears.len()), 0.0);
     let direction = [0, 1, 2].map(|c| splat(simd, section.axes[(c, 0)]));
-    let half = splat(simd, 0.5 / input.look.failing.unwrap_or(1.0));
+    let half = splat(simd, 0.5 / input.pair_context.failure_divisor.unwrap_or(1.0));
     let per_quarter = section.per_quarter.load(simd) * half;
     let targets =
         normals.as_chunks_mut::<LANES>().0.iter_mut().zip(shears.as_chunks_mut::<LANES>().0);
@@ -231,10 +233,11 @@ fn grounds<S: Simd>(
     let pack = &input.moved.packs.packs[at.pack];
     let part = input.own_part(pack.upper[at.offset], at.pack);
     let stands = |lane: usize| {
-        part.0[lane] != 0.5 && broken.slides_in_place(input.look, section, lane, pack.rigid)
+        part.0[lane] != 0.5
+            && broken.has_failed_in_place(input.pair_context, section, lane, pack.rigid)
     };
     let stands: [bool; LANES] = std::array::from_fn(stands);
-    if !input.look.turning || stands == [false; LANES] {
+    if !input.pair_context.turning || stands == [false; LANES] {
         return [None; LANES];
     }
     let own = part.load(simd).simd_gt(splat(simd, 0.5));
@@ -252,7 +255,7 @@ type Pulled<'a, S> = (&'a JointSection, SpringForces, Option<[Matrix<S>; 2]>);
 
 /// Adds the forces of a joint lattice to its nodes and its torque to its blocks.
 #[inline(always)]
-fn give<S: Simd>(
+fn scatter_forces<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
@@ -337,7 +340,7 @@ fn part_torque<S: Simd>(
 /// Computes the local forces of the elements of a joint lattice into the working space. Returns the
 /// rotation from the joint's frame to global axes, if there is one.
 #[simd]
-fn alone<S: Simd>(
+fn element_forces<S: Simd>(
     simd: S,
     input: Input<'_>,
     at: JointLattice,
@@ -370,7 +373,7 @@ pub(crate) fn face_forces<S: Simd>(
 ) {
     let n = at.nodes(input.moved.packs);
     forces.resize(3 * n, Lanes::ZERO);
-    let turned = alone(simd, input, at, broken, work);
+    let turned = element_forces(simd, input, at, broken, work);
     for i in 0..n {
         let g = load_at(simd, &work.g, 3 * i);
         let g = turned.as_ref().map_or(g, |r| times(r, g));
@@ -392,7 +395,7 @@ pub(crate) fn cell_energy<S: Simd>(
     work: &mut Workspace,
 ) -> f64 {
     let n = 3 * at.nodes(input.moved.packs);
-    alone(simd, input, at, broken, work);
-    let in_place = in_place(simd, input, at, broken, &work.local[..n]);
-    Lanes::from(half_work(simd, &work.local[..n], &work.g[..n]) + in_place).sum()
+    element_forces(simd, input, at, broken, work);
+    let initial_stress_energy = initial_stress_energy(simd, input, at, broken, &work.local[..n]);
+    Lanes::from(half_work(simd, &work.local[..n], &work.g[..n]) + initial_stress_energy).sum()
 }

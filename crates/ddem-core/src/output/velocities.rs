@@ -67,7 +67,7 @@ impl Snapshot<'_> {
         let class = &motion.classes[self.model.assembly.pack_inertia[pack] as usize];
         let [a, b, _] = class.at(at, lane);
         let f = self.scratch.f[place].0[lane];
-        let (force, r) = (f - local_damping(motion.local, f, v), motion.behind());
+        let (force, r) = (f - local_damping(motion.local, f, v), motion.previous_step_ratio());
         0.5 * ((2.0 - r) * v + r * (a * v) + r * (b * force))
     }
 

@@ -217,7 +217,7 @@ impl Simulation {
         };
         let step = ColumnStep {
             interval: motion.interval,
-            part: 0.5 * motion.behind(),
+            part: 0.5 * motion.previous_step_ratio(),
             local: motion.local,
             stiffness: motion.stiffness,
             factors: &factors,

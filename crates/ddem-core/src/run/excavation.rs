@@ -91,7 +91,7 @@ impl Simulation {
         }
         let differs = |&block: &u32| model.geometry.differs(before, block as usize);
         contacts.remake(|patch| patch.bond.is_none() && patch.blocks.iter().any(differs));
-        self.look = peaks::look(model);
+        self.sampling_period = peaks::sampling_period(model);
     }
 
     /// Applies the forces that are missing `after` the removal as loads that fade.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::Simulation;
 use crate::model::Model;
 use crate::state::RelaxationProgress;
-use crate::step::shift;
+use crate::step::apply_support_displacements;
 use ddem_joint::contact::ContactSurfaces;
 use ddem_mechanics::law::ReducedLaw;
 use ddem_mechanics::math::lanes::Lanes;
@@ -97,7 +97,7 @@ impl Simulation {
         let before = self.work_along(&support_increments);
         let velocities = std::mem::replace(&mut self.view.velocities, support_increments);
         let (context, state, scratch) = self.parts();
-        shift(context, state);
+        apply_support_displacements(context, state);
         scratch.fit(context.model, state);
         self.state.contacts.known = false;
         let support_increments = std::mem::replace(&mut self.view.velocities, velocities);

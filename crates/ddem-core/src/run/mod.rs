@@ -71,7 +71,7 @@ pub struct Simulation {
     /// True while failure is suspended.
     holds: bool,
     /// Time between two samples of the stresses for peaks `[s]`; `None` without peaks.
-    look: Option<f64>,
+    sampling_period: Option<f64>,
     /// Flag that stops long computations.
     pub(crate) stop: Arc<AtomicBool>,
 }
@@ -99,7 +99,7 @@ impl Simulation {
         // Until a step is set, energies are those of a vanishing step.
         let motion = Motion::dynamic(&model.assembly, Damping::None, 0.0, 1e-12);
         Self {
-            look: peaks::look(&model),
+            sampling_period: peaks::sampling_period(&model),
             model: Tracked::new(model),
             state: Tracked::new(state),
             scratch: Tracked::new(scratch),

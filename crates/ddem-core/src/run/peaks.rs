@@ -7,16 +7,16 @@ use ddem_mechanics::element::Elastic;
 /// Time between two samples of the stresses, as a fraction of the time in which a compression wave
 /// crosses the smallest element. For a wave as long as ten elements the samples miss 0.3 % of the
 /// peak.
-const LOOK: f64 = 0.25;
+const SAMPLING: f64 = 0.25;
 
 impl Simulation {
     /// Updates the peaks after a time step: velocities at every step, stresses as often as waves
     /// require.
     pub(super) fn note_peaks(&mut self) {
-        let Some(look) = self.look else { return };
+        let Some(sampling_period) = self.sampling_period else { return };
         let state = &mut *self.state;
         state.peaks.note_velocities(&state.v);
-        let every = (look / self.motion.time_step).clamp(1.0, 1e9) as u64;
+        let every = (sampling_period / self.motion.time_step).clamp(1.0, 1e9) as u64;
         if self.state.steps.is_multiple_of(every) {
             self.note_stresses();
         }
@@ -40,7 +40,7 @@ impl Simulation {
 }
 
 /// Time between two samples of the stresses `[s]`; `None` without peaks.
-pub(super) fn look(model: &Model) -> Option<f64> {
+pub(super) fn sampling_period(model: &Model) -> Option<f64> {
     let speeds: Vec<f64> = model.properties.materials.iter().map(Elastic::p_speed).collect();
     let crossing = |block: usize| {
         let divisions = model.geometry.topology(block).divisions() as f64;
@@ -49,5 +49,5 @@ pub(super) fn look(model: &Model) -> Option<f64> {
     };
     let blocks = (0..model.n_blocks()).filter(|&block| !model.is_rigid(block));
     let shortest = blocks.map(crossing).fold(f64::INFINITY, f64::min);
-    model.properties.peaks.then_some(LOOK * shortest)
+    model.properties.peaks.then_some(SAMPLING * shortest)
 }

@@ -91,7 +91,7 @@ impl Simulation {
         self.state.fresh = None;
         self.keep_slip(true);
         self.begin_increment(&begins);
-        self.state.watch_anew(&self.model, true);
+        self.state.restart_watch(&self.model, true);
         Ok(())
     }
 
@@ -270,7 +270,7 @@ impl Simulation {
         self.begin_increment(progress);
         let state = &mut *self.state;
         state.watch.note_calm(state.steps);
-        state.watch_anew(&self.model, false);
+        state.restart_watch(&self.model, false);
         Relaxed::Increment(done)
     }
 
@@ -335,7 +335,7 @@ impl Simulation {
         self.state.v.fill(Lanes::ZERO);
         let failed = self.state.failed;
         let (mut context, state, scratch) = self.parts();
-        context.failing = Some((MOST_LOADED * overload).max(1.0));
+        context.failure_divisor = Some((MOST_LOADED * overload).max(1.0));
         context.turning &= turning;
         let State { u, v, poses, broken_joints, contacts, .. } = state;
         let (_, losses) =
@@ -345,7 +345,7 @@ impl Simulation {
         if fails {
             // The motion up to here led from equilibrium to equilibrium.
             self.keep_slip(true);
-            self.state.watch_anew(&self.model, false);
+            self.state.restart_watch(&self.model, false);
         }
         fails
     }

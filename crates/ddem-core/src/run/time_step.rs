@@ -185,7 +185,7 @@ impl Simulation {
         self.state.fresh = None;
         self.state.origin = (self.state.time, self.state.steps);
         self.started = true;
-        self.state.watch_anew(&self.model, true);
+        self.state.restart_watch(&self.model, true);
         Ok(steps as u64)
     }
 

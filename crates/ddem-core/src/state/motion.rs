@@ -126,7 +126,7 @@ impl Motion {
 
     /// Ratio `Δt⁻/h`. The change of velocities times half of it leads to the present time. Times
     /// all of it, it leads as far beyond that time as the velocities were before it.
-    pub(crate) fn behind(&self) -> f64 {
+    pub(crate) fn previous_step_ratio(&self) -> f64 {
         self.before / self.interval
     }
 

@@ -29,7 +29,7 @@ pub(crate) struct Input<'a> {
     pub(crate) sections: &'a JointSections,
     /// Initial stress.
     pub(crate) in_situ: Option<&'a InSitu>,
-    pub(crate) look: PairContext<'a>,
+    pub(crate) pair_context: PairContext<'a>,
     /// Velocities of the last half step and its time step, if there was one.
     pub(crate) last: Option<(&'a [Lanes], f64)>,
     /// Stiffness damping of the blocks, if in use.

@@ -5,7 +5,7 @@ use crate::model::Model;
 use crate::model::damage::Damage;
 use crate::state::State;
 use crate::state::motion::Motion;
-use crate::state::watch::{LOOK, patience};
+use crate::state::watch::{SAMPLE_INTERVAL, detection_time};
 use ddem_joint::contact::Patch;
 use ddem_mechanics::math::disjoint_sets::DisjointSets;
 use ddem_mesh::Vec3;
@@ -22,14 +22,20 @@ fn contacts<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usi
 }
 
 /// Pairs of blocks with a joint, bonded or not, or a contact between them.
-fn linked<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
+fn linked_blocks<'a>(
+    model: &'a Model,
+    state: &'a State,
+) -> impl Iterator<Item = [usize; 2]> + use<'a> {
     let joints = model.damages(&state.broken_joints, &state.contacts);
     let joints = joints.filter(|damage| !damage.is_released()).map(|damage| damage.blocks);
     joints.chain(contacts(model, state))
 }
 
 /// Pairs of blocks with failed pairs between them, or in contact; some occur twice.
-fn loose<'a>(model: &'a Model, state: &'a State) -> impl Iterator<Item = [usize; 2]> + use<'a> {
+fn unbonded_neighbours<'a>(
+    model: &'a Model,
+    state: &'a State,
+) -> impl Iterator<Item = [usize; 2]> + use<'a> {
     let joints = model.damages(&state.broken_joints, &state.contacts);
     let failed = joints.filter(Damage::has_failed).map(|damage| damage.blocks);
     failed.chain(contacts(model, state))
@@ -49,25 +55,25 @@ fn displacements(model: &Model, state: &State) -> Vec<[f64; 3]> {
 impl State {
     /// Restarts the watch of the motion of neighbours: a stage or an increment begins, or pairs
     /// have failed.
-    pub(crate) fn watch_anew(&mut self, model: &Model, stage: bool) {
+    pub(crate) fn restart_watch(&mut self, model: &Model, stage: bool) {
         let displacements = displacements(model, self);
         self.watch.begin(self.steps, stage, displacements);
     }
 
-    /// Records how far blocks have moved against each other since the last event, every [`LOOK`]
-    /// steps.
+    /// Records how far blocks have moved against each other since the last event, every
+    /// [`SAMPLE_INTERVAL`] steps.
     pub(crate) fn watch_motion(&mut self, model: &Model, ratio: f64, relaxes: bool) {
-        if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(LOOK) {
+        if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(SAMPLE_INTERVAL) {
             return;
         }
         let part = |(blocks, distance): ([usize; 2], f64)| {
             let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block));
             distance / a.min(b)
         };
-        let most = self.apart(model).into_iter().map(part).fold(0.0, f64::max);
+        let most = self.relative_motions(model).into_iter().map(part).fold(0.0, f64::max);
         // A relaxation has ended by the time that blocks fall.
         let flight = if relaxes { 0.0 } else { self.flight(model) };
-        self.watch.looks.push([most, ratio, flight]);
+        self.watch.samples.push([most, ratio, flight]);
     }
 
     /// Largest motion since the last event of blocks that fly or fall, relative to the largest
@@ -75,7 +81,7 @@ impl State {
     fn flight(&self, model: &Model) -> f64 {
         let n = model.n_blocks();
         let mut groups = DisjointSets::new(n);
-        linked(model, self).for_each(|blocks| groups.join(blocks));
+        linked_blocks(model, self).for_each(|blocks| groups.join(blocks));
         let mut volumes = vec![0.0; n];
         for block in (0..n).filter(|&block| !model.is_removed(block)) {
             volumes[groups.lowest(block)] += model.volume(block);
@@ -93,10 +99,12 @@ impl State {
 
     /// Relative motion of neighbours with failed pairs or in contact since the last event, with
     /// their blocks `[m]`.
-    fn apart(&self, model: &Model) -> Vec<([usize; 2], f64)> {
+    fn relative_motions(&self, model: &Model) -> Vec<([usize; 2], f64)> {
         let (now, then) = (displacements(model, self), &self.watch.displacements[1]);
         let motion = |block: usize| Vec3::from(now[block]) - displacement_of(then, block);
-        loose(model, self).map(|[a, b]| ([a, b], (motion(b) - motion(a)).norm())).collect()
+        unbonded_neighbours(model, self)
+            .map(|[a, b]| ([a, b], (motion(b) - motion(a)).norm()))
+            .collect()
     }
 
     /// True if blocks that could move have been watched for long enough to detect their motion.
@@ -105,16 +113,16 @@ impl State {
             let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block));
             a.min(b)
         };
-        let edge = loose(model, self).map(edge).fold(0.0, f64::max);
+        let edge = unbonded_neighbours(model, self).map(edge).fold(0.0, f64::max);
         let gravity = model.properties.gravity.norm();
         let watched = (self.steps - self.watch.since.min(self.steps)) as f64 * motion.time_step;
-        watched >= patience(edge, gravity, motion.local)
+        watched >= detection_time(edge, gravity, motion.local)
     }
 
     /// The two blocks that have moved farthest against each other since the last event, and their
     /// relative motion `[m]`.
     pub(crate) fn farthest(&self, model: &Model) -> ([usize; 2], f64) {
-        let farthest = self.apart(model).into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+        let farthest = self.relative_motions(model).into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         farthest.unwrap_or_default()
     }
 

@@ -1,65 +1,65 @@
 //! Detection of blocks without a bonded joint that continue to move against each other (§7).
 //!
-//! Every [`LOOK`] steps a *look* records two values. The first is how far any two blocks have moved
-//! against each other since the last event (the start of a stage or an increment, or a failure), as
-//! a fraction of an edge. The second is the unbalanced force ratio. A mechanism continues to slide
-//! under a constant unbalanced force. Blocks that find an equilibrium slow down as their forces
-//! fade.
+//! Every [`SAMPLE_INTERVAL`] steps a *sample* records two values. The first is how far any two
+//! blocks have moved against each other since the last event (the start of a stage or an increment,
+//! or a failure), as a fraction of an edge. The second is the unbalanced force ratio. A mechanism
+//! continues to slide under a constant unbalanced force. Blocks that find an equilibrium slow down
+//! as their forces fade.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// Number of steps between two looks.
-pub(super) const LOOK: u64 = 200;
+/// Number of steps between two samples.
+pub(super) const SAMPLE_INTERVAL: u64 = 200;
 /// Least number of steps from an event to a verdict.
-const SOON: u64 = 1000;
+const SHORTEST_WAIT: u64 = 1000;
 /// Number of steps to wait if no stage has been near equilibrium yet.
-const UNKNOWN: u64 = 2500;
-/// Least growth of a continuing motion from the middle look to the last one, as a factor.
-const GROWS: f64 = 1.5;
-/// Fraction of the unbalanced ratio of the second quarter of the looks that an endless motion keeps
-/// in the second half.
-const KEEPS: f64 = 0.8;
+const DEFAULT_WAIT: u64 = 2500;
+/// Least growth of a continuing motion from the middle sample to the last one, as a factor.
+const GROWTH: f64 = 1.5;
+/// Fraction of the unbalanced ratio of the second quarter of the samples that an endless motion
+/// keeps in the second half.
+const KEPT_IMBALANCE: f64 = 0.8;
 /// Fraction of the path of the first half below which blocks in a dynamic stage slow down in the
 /// second half. Friction reduces the path of blocks that slide to rest by more than this.
-const STEADY: f64 = 1.0 - 1e-4;
+const STEADY_PATH: f64 = 1.0 - 1e-4;
 /// Motion, as a fraction of an edge, beyond that of blocks that settle.
 pub(crate) const FAR: f64 = 0.02;
 /// Motion, as a fraction of an edge, at which a dynamic stage ends before its duration. Blocks that
 /// settle on soft joints move far.
-const GONE: f64 = 0.5;
-/// Range of the last eighth of the looks in a continuing motion, as a fraction of its path. It is
+const FALLEN_AWAY: f64 = 0.5;
+/// Range of the last eighth of the samples in a continuing motion, as a fraction of its path. It is
 /// less if the motion stops, and more if blocks have just come together.
-const LATE: [f64; 2] = [0.1, 0.5];
+const LATE_PART: [f64; 2] = [0.1, 0.5];
 /// Motion, as a fraction of an edge, below which it may be rounding.
-const LEAST: f64 = 1e-6;
+const SMALLEST_MOTION: f64 = 1e-6;
 /// Multiple of the first waiting time after which a growing motion is endless, however slow.
-const LONG: u64 = 4;
+const LONG_WAIT: u64 = 4;
 /// Motion, as a fraction of an edge, that counts as none.
-const STILL: f64 = 1e-4;
+const NEGLIGIBLE_MOTION: f64 = 1e-4;
 /// Fraction of its growth from the second to the third quarter by which a motion that comes to rest
 /// still grows from the third to the fourth.
-const FADES: f64 = 0.8;
+const FADING_GROWTH: f64 = 0.8;
 /// Largest difference of the means of the last two quarters of a swinging motion, as a fraction of
 /// its span.
-const SWINGS: f64 = 0.25;
-/// Number of looks before a dynamic stage may end.
-const ENOUGH: usize = 10;
+const SWING_TOLERANCE: f64 = 0.25;
+/// Number of samples before a dynamic stage may end.
+const FEWEST_SAMPLES: usize = 10;
 /// Largest unbalanced force ratio of blocks at rest.
-const BALANCED: f64 = 1e-2;
+const BALANCED_RATIO: f64 = 1e-2;
 /// Fraction of gravity that may still accelerate blocks at rest.
-const LEFT: f64 = 1e-3;
+const RESIDUAL_GRAVITY: f64 = 1e-3;
 
 /// Time within which the motion of blocks that accelerate under a fraction of gravity is detected
 /// `[s]`. `edge` is their edge `[m]`, `gravity` the acceleration `[m/s²]`, and `local` the local
 /// damping of the stage.
-pub(super) fn patience(edge: f64, gravity: f64, local: f64) -> f64 {
+pub(super) fn detection_time(edge: f64, gravity: f64, local: f64) -> f64 {
     if gravity == 0.0 {
         return 0.0;
     }
     // In its fourth quarter the path `a t²/2` grows by 7/32 of `a t²`.
-    (LEAST * edge * 32.0 / 7.0 / (LEFT * gravity * (1.0 - local))).sqrt()
+    (SMALLEST_MOTION * edge * 32.0 / 7.0 / (RESIDUAL_GRAVITY * gravity * (1.0 - local))).sqrt()
 }
 
 /// Verdict on a stage.
@@ -93,9 +93,9 @@ pub(crate) struct MotionWatch {
     pub(crate) since: u64,
     /// Largest number of steps from an event to near equilibrium; 0 if unknown.
     pub(super) calm: u64,
-    /// Values at each look: motion of touching blocks as a fraction of an edge, unbalanced force
+    /// Values at each sample: motion of touching blocks as a fraction of an edge, unbalanced force
     /// ratio, and motion of blocks in flight.
-    pub(super) looks: Vec<[f64; 3]>,
+    pub(super) samples: Vec<[f64; 3]>,
     /// Mean displacement of each block at the start of the stage and at the last event `[m]`.
     pub(super) displacements: [Vec<[f64; 3]>; 2],
 }
@@ -108,7 +108,7 @@ impl MotionWatch {
         }
         self.displacements[1] = displacements;
         self.since = step;
-        self.looks.clear();
+        self.samples.clear();
     }
 
     /// Notes that forces are nearly in equilibrium.
@@ -116,39 +116,43 @@ impl MotionWatch {
         self.calm = self.calm.max(step - self.since.min(step));
     }
 
-    /// True at a look if forces have not faded for long although no motion continues. Slip that is
-    /// mapped from the last equilibrium takes no energy, so that blocks which rattle on it need not
-    /// come to rest.
+    /// True at a sample if forces have not faded for long although no motion continues. Slip that
+    /// is mapped from the last equilibrium takes no energy, so that blocks which rattle on it need
+    /// not come to rest.
     pub(crate) fn rattles(&self, step: u64) -> bool {
         let steps = step - self.since;
-        steps.is_multiple_of(LOOK) && steps >= self.known() && self.keeps()
+        steps.is_multiple_of(SAMPLE_INTERVAL)
+            && steps >= self.waiting_time()
+            && self.force_persists()
     }
 
     /// Number of steps after an event from which a verdict is possible.
-    fn known(&self) -> u64 {
-        if self.calm == 0 { UNKNOWN } else { SOON.max(self.calm.saturating_mul(2)) }
+    fn waiting_time(&self) -> u64 {
+        if self.calm == 0 { DEFAULT_WAIT } else { SHORTEST_WAIT.max(self.calm.saturating_mul(2)) }
     }
 
     /// True if a relaxation has become an endless motion: it reaches `far`, as a fraction of an
     /// edge, or continues for long.
     pub(crate) fn fails(&self, far: f64) -> bool {
-        let known = self.known();
-        let steps = LOOK * self.looks.len() as u64;
-        let far = self.looks.last().is_some_and(|look| look[0] >= far);
-        steps >= known
+        let waiting_time = self.waiting_time();
+        let steps = SAMPLE_INTERVAL * self.samples.len() as u64;
+        let far = self.samples.last().is_some_and(|sample| sample[0] >= far);
+        steps >= waiting_time
             && grows(&self.touching())
-            && self.keeps()
-            && (far || steps >= known.saturating_mul(LONG))
+            && self.force_persists()
+            && (far || steps >= waiting_time.saturating_mul(LONG_WAIT))
     }
 
     /// Verdict on a dynamic stage.
     pub(crate) fn verdict(&self, ratio: f64) -> Verdict {
-        let motion: Vec<f64> = self.looks.iter().map(|look| look[0].max(look[2])).collect();
+        let motion: Vec<f64> = self.samples.iter().map(|sample| sample[0].max(sample[2])).collect();
         let last = motion.last().copied().unwrap_or_default();
         let late = last - motion.get(3 * motion.len().saturating_sub(1) / 4).unwrap_or(&0.0);
         if last >= FAR && grows(&motion) && !slows(&motion) {
             Verdict::Fails
-        } else if ratio <= BALANCED && (late < LEAST || (late <= STILL && fades(&motion))) {
+        } else if ratio <= BALANCED_RATIO
+            && (late < SMALLEST_MOTION || (late <= NEGLIGIBLE_MOTION && fades(&motion)))
+        {
             Verdict::AtRest
         } else {
             Verdict::Undecided
@@ -158,11 +162,11 @@ impl MotionWatch {
     /// Verdict with which a dynamic stage ends early, if any. Falling blocks may come to rest. Only
     /// blocks that slide or rotate on others, steadily and far, fail.
     pub(crate) fn decided(&self, ratio: f64) -> Option<Verdict> {
-        if self.looks.len() < ENOUGH {
+        if self.samples.len() < FEWEST_SAMPLES {
             return None;
         }
         match self.verdict(ratio) {
-            Verdict::Fails => self.goes_on().then_some(Verdict::Fails),
+            Verdict::Fails => self.keeps_moving().then_some(Verdict::Fails),
             Verdict::AtRest => Some(Verdict::AtRest),
             Verdict::Undecided => None,
         }
@@ -170,30 +174,34 @@ impl MotionWatch {
 
     /// True if touching blocks have moved by half an edge without slowing down, in contact all the
     /// way.
-    fn goes_on(&self) -> bool {
+    fn keeps_moving(&self) -> bool {
         let motion = self.touching();
         let last = motion.last().copied().unwrap_or_default();
         let late = 1.0 - motion[7 * motion.len() / 8] / last;
-        last >= GONE && grows(&motion) && !slows(&motion) && (LATE[0]..=LATE[1]).contains(&late)
+        last >= FALLEN_AWAY
+            && grows(&motion)
+            && !slows(&motion)
+            && (LATE_PART[0]..=LATE_PART[1]).contains(&late)
     }
 
-    /// Motion of touching blocks at each look.
+    /// Motion of touching blocks at each sample.
     fn touching(&self) -> Vec<f64> {
-        self.looks.iter().map(|look| look[0]).collect()
+        self.samples.iter().map(|sample| sample[0]).collect()
     }
 
     /// True if the unbalanced force does not fade.
-    fn keeps(&self) -> bool {
-        let half = self.looks.len() / 2;
-        let least = |looks: &[[f64; 3]]| looks.iter().map(|look| look[1]).fold(f64::MAX, f64::min);
-        least(&self.looks[half..]) >= KEEPS * least(&self.looks[half / 2..half.max(1)])
+    fn force_persists(&self) -> bool {
+        let half = self.samples.len() / 2;
+        let least =
+            |samples: &[[f64; 3]]| samples.iter().map(|sample| sample[1]).fold(f64::MAX, f64::min);
+        least(&self.samples[half..]) >= KEPT_IMBALANCE * least(&self.samples[half / 2..half.max(1)])
     }
 }
 
-/// True if a motion has grown by the factor [`GROWS`] since the middle look.
+/// True if a motion has grown by the factor [`GROWTH`] since the middle sample.
 fn grows(motion: &[f64]) -> bool {
     let Some(&last) = motion.last() else { return false };
-    last >= LEAST && last >= GROWS * motion[motion.len() / 2]
+    last >= SMALLEST_MOTION && last >= GROWTH * motion[motion.len() / 2]
 }
 
 /// True if the path of the second half is shorter than that of the first.
@@ -202,8 +210,8 @@ fn slows(motion: &[f64]) -> bool {
     if half == 0 {
         return false;
     }
-    let [first, both] = [half, 2 * half].map(|looks| motion[looks - 1]);
-    both - first < STEADY * first
+    let [first, both] = [half, 2 * half].map(|samples| motion[samples - 1]);
+    both - first < STEADY_PATH * first
 }
 
 /// True if the mean of a motion grows less from the third to the fourth quarter than from the
@@ -212,15 +220,16 @@ fn slows(motion: &[f64]) -> bool {
 fn fades(motion: &[f64]) -> bool {
     let at = |quarter: usize| quarter * motion.len() / 4;
     let mean = |quarter: usize| {
-        let looks = &motion[at(quarter)..at(quarter + 1)];
-        looks.iter().sum::<f64>() / looks.len().max(1) as f64
+        let samples = &motion[at(quarter)..at(quarter + 1)];
+        samples.iter().sum::<f64>() / samples.len().max(1) as f64
     };
     let [second, third, fourth] = [1, 2, 3].map(mean);
     let late = &motion[at(2)..];
     let span = late.iter().fold(f64::MIN, |most, &x| most.max(x))
         - late.iter().fold(f64::MAX, |least, &x| least.min(x));
     // For a steady motion in one direction the means differ by half of the span.
-    fourth - third < LEAST.max(FADES * (third - second)).max(SWINGS * span)
+    fourth - third
+        < SMALLEST_MOTION.max(FADING_GROWTH * (third - second)).max(SWING_TOLERANCE * span)
 }
 
 #[cfg(test)]
@@ -234,13 +243,13 @@ mod tests {
 
     /// Watch with blocks in flight.
     fn flown(steps: u64, motion: impl Fn(f64) -> ([f64; 2], f64)) -> MotionWatch {
-        let look = |i: u64| {
-            let ([touching, ratio], flight) = motion((i * LOOK) as f64);
+        let sample = |i: u64| {
+            let ([touching, ratio], flight) = motion((i * SAMPLE_INTERVAL) as f64);
             [touching, ratio, flight]
         };
         MotionWatch {
             calm: 400,
-            looks: (1..=steps / LOOK).map(look).collect(),
+            samples: (1..=steps / SAMPLE_INTERVAL).map(sample).collect(),
             ..MotionWatch::default()
         }
     }
@@ -270,11 +279,11 @@ mod tests {
 
     #[test]
     fn what_swings_under_forces_that_stay_rattles() {
-        let looks =
+        let samples =
             |ratio: fn(f64) -> f64| watched(2000, |steps| [1e-5 * steps.sin(), ratio(steps)]);
-        assert!(looks(|_| 1e-4).rattles(2000));
-        assert!(!looks(|_| 1e-4).rattles(1900));
-        assert!(!looks(|steps| 1.0 / steps).rattles(2000));
+        assert!(samples(|_| 1e-4).rattles(2000));
+        assert!(!samples(|_| 1e-4).rattles(1900));
+        assert!(!samples(|steps| 1.0 / steps).rattles(2000));
     }
 
     #[test]

@@ -23,7 +23,7 @@ pub(crate) struct Context<'a> {
     pub(super) undamped: bool,
     /// Divisor of the tractions in the check for failure, as in [`FirstPass`]; `None`: no pair
     /// fails.
-    pub(crate) failing: Option<f64>,
+    pub(crate) failure_divisor: Option<f64>,
     /// True if rotated joints release their bonded pairs, as in [`FirstPass`].
     pub(crate) turning: bool,
     /// True if a step in which pairs fail is not taken.
@@ -49,7 +49,7 @@ impl<'a> Context<'a> {
             view,
             motion,
             gravity: (model.properties.gravity * gravity).into(),
-            failing: (!motion.fictitious && !holds).then_some(1.0),
+            failure_divisor: (!motion.fictitious && !holds).then_some(1.0),
             turning: model.can_meet(),
             undamped: model.is_shaken(state.time, &state.stage_starts),
             waits: false,
@@ -72,7 +72,7 @@ impl<'a> Context<'a> {
         FirstPass {
             model: self.model,
             u,
-            failing: self.failing,
+            failure_divisor: self.failure_divisor,
             turning: self.turning,
             undamped: self.undamped,
             relaxing: self.motion.fictitious,

@@ -9,7 +9,7 @@ use ddem_mesh::parallel::node_start;
 /// Moves supported nodes by the displacement increments `[m]` that the context has as velocities of
 /// its supports. A rigid block follows the common motion of its supports. The velocities, zero
 /// before, become these increments.
-pub(crate) fn shift(context: Context<'_>, state: &mut State) {
+pub(crate) fn apply_support_displacements(context: Context<'_>, state: &mut State) {
     let packs = &context.model.packs;
     for (index, pack) in packs.packs.iter().enumerate() {
         let own = PackContext::new(context, index);

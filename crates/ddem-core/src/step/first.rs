@@ -32,7 +32,7 @@ pub(crate) struct FirstPass<'a> {
     pub(crate) u: &'a [Lanes],
     /// Divisor of the tractions in the check for failure. Pairs whose divided traction still
     /// exceeds their strength fail; `None`: no pair fails.
-    pub(crate) failing: Option<f64>,
+    pub(crate) failure_divisor: Option<f64>,
     /// True if joints that have rotated release their bonded pairs.
     pub(crate) turning: bool,
     /// True if slip continues from the last equilibrium. [`PairContext`] has this flag and
@@ -62,7 +62,7 @@ impl<'a> FirstPass<'a> {
         Self {
             model,
             u,
-            failing: None,
+            failure_divisor: None,
             turning: false,
             relaxing: false,
             undamped: false,
@@ -79,9 +79,17 @@ impl<'a> FirstPass<'a> {
 
     /// Context of the pairs.
     fn pair_context(&self) -> PairContext<'a> {
-        let Self { model, failing, turning, relaxing, undamped, time, .. } = *self;
+        let Self { model, failure_divisor, turning, relaxing, undamped, time, .. } = *self;
         let time_step = self.last.map(|_| self.du.1);
-        PairContext { failing, turning, relaxing, undamped, time, time_step, laws: &model.laws }
+        PairContext {
+            failure_divisor,
+            turning,
+            relaxing,
+            undamped,
+            time,
+            time_step,
+            laws: &model.laws,
+        }
     }
 }
 
@@ -161,7 +169,7 @@ pub(crate) fn input<'a>(pass: FirstPass<'a>, frames: &'a [Frame]) -> Input<'a> {
         assembly: &model.assembly,
         sections: &model.sections,
         in_situ: model.in_situ.as_ref().filter(|_| !linear),
-        look: pass.pair_context(),
+        pair_context: pass.pair_context(),
         last,
         viscous,
         held,

@@ -35,7 +35,7 @@ use ddem_mesh::parallel::spread;
 
 pub(crate) use context::Context;
 use context::PackContext;
-pub(crate) use driving::shift;
+pub(crate) use driving::apply_support_displacements;
 pub(crate) use first::{FirstPass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
 pub(crate) use rigid::{Poses, carry, present};

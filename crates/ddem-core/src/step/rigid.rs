@@ -131,7 +131,7 @@ fn rigid_step(pack: &PackContext<'_>, member: &RigidBlock<'_>, f: &[Lanes]) -> R
     RigidStep {
         next,
         damping,
-        kinetic: pose.kinetic(&pose.between(&next, motion.behind()), mass_properties),
+        kinetic: pose.kinetic(&pose.between(&next, motion.previous_step_ratio()), mass_properties),
         power: 2.0 * pose.kinetic(&change, mass_properties),
         change: change.kinetic(&change, mass_properties),
     }
@@ -229,7 +229,7 @@ pub(crate) fn present(context: Context<'_>, index: usize, poses: &Poses, f: &[La
     let pack = PackContext::new(context, index);
     let now = |lane: usize| {
         let RigidStep { next, .. } = rigid_step(&pack, &pack.member(poses, lane), f);
-        poses[lane].between(&next, 0.5 * context.motion.behind())
+        poses[lane].between(&next, 0.5 * context.motion.previous_step_ratio())
     };
     std::array::from_fn(|lane| if lane < pack.pack.filled { now(lane) } else { poses[lane] })
 }

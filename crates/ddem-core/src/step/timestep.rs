@@ -179,11 +179,13 @@ impl RigidModes {
         let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
         for lane in 0..filled {
             let mass_properties = &model.assembly.rigid[rigid_start][lane];
-            let [shift, turn] = [0, 3].map(|first| three(six, first, lane));
-            let (shift, turn) =
-                (shift / mass_properties.mass.sqrt(), self.0[rigid_start][lane] * turn);
+            let [apply_support_displacements, turn] = [0, 3].map(|first| three(six, first, lane));
+            let (apply_support_displacements, turn) = (
+                apply_support_displacements / mass_properties.mass.sqrt(),
+                self.0[rigid_start][lane] * turn,
+            );
             for corner in 0..8 {
-                let value = shift + turn.cross(&mass_properties.arm(corner));
+                let value = apply_support_displacements + turn.cross(&mass_properties.arm(corner));
                 (0..3).for_each(|c| u[3 * corner + c].0[lane] = value[c]);
             }
         }

@@ -270,7 +270,7 @@ struct Odd {
     contact: fn(f64) -> f64,
     tan: Option<f64>,
     softening: Option<Softening>,
-    sees: bool,
+    sees: Option<bool>,
 }
 
 fn half(normal: f64) -> f64 {
@@ -285,7 +285,7 @@ const SOUND: Odd = Odd {
     contact: half,
     tan: Some(0.5),
     softening: None,
-    sees: true,
+    sees: None,
 };
 
 impl JointLaw for Odd {
@@ -317,8 +317,11 @@ impl JointLaw for Odd {
         self.softening
     }
 
-    fn any_failure(&self, _: &[f64], _: &[f64]) -> bool {
-        self.sees
+    fn any_failure(&self, normal: &[f64], shear_squared: &[f64]) -> bool {
+        let mut points = normal.iter().zip(shear_squared);
+        self.sees.unwrap_or_else(|| {
+            points.any(|(&n, &s)| n > self.tension || s > (self.peak)(n).powi(2))
+        })
     }
 }
 
@@ -358,7 +361,8 @@ fn laws_that_would_make_energy_or_never_fail_are_refused() {
         (Odd { tan: Some(-0.5), ..SOUND }, "tan_contact_friction() is -0.5"),
         (Odd { softening: softening(-1e-3, 10.0), ..SOUND }, "softening() is -0.001 m"),
         (Odd { softening: softening(1e-3, f64::NAN), ..SOUND }, "NaN J/m²"),
-        (Odd { sees: false, ..SOUND }, "any_failure() does not say so"),
+        (Odd { sees: Some(false), ..SOUND }, "any_failure() does not say so"),
+        (Odd { sees: Some(true), ..SOUND }, "any_failure() says that it fails"),
     ];
     for (law, told) in odd {
         let refused = model.set_law("seam", Arc::new(law)).map_err(|fault| fault.to_string());

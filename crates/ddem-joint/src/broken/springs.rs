@@ -77,7 +77,7 @@ impl BrokenLattice {
         g: &[Lanes],
         losses: &mut Losses,
     ) -> bool {
-        if context.failing.is_none() || !self.bonded {
+        if context.failure_divisor.is_none() || !self.bonded {
             return false;
         }
         let before = self.fresh.len();

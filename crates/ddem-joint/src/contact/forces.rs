@@ -85,7 +85,7 @@ impl Patch {
         let (is_joint, turned) =
             (self.bond.is_some(), context.turning && self.turned(configuration));
         let (blocks, faces, spacing) = (self.blocks, self.faces(), self.spacing(configuration));
-        let rubs = self.both.friction.slides_in_place();
+        let rubs = self.both.friction.has_friction();
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         for i in 0..self.points.len() {
             let point = &mut self.points[i];

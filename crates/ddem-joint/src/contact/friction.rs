@@ -94,7 +94,7 @@ impl Friction {
     }
 
     /// True if a contact carries shear.
-    pub(super) fn slides_in_place(&self) -> bool {
+    pub(super) fn has_friction(&self) -> bool {
         !matches!(self, Self::Angle(tan) if *tan <= 0.0)
     }
 
@@ -147,17 +147,17 @@ impl WeakerStrength {
             return 0.0;
         }
         // Every number has a law; otherwise NaN stops the run.
-        let bears = |number: u16| {
+        let strength_of = |number: u16| {
             let law = laws.get(usize::from(number)).and_then(Option::as_deref);
             let strength = |law: &dyn JointLaw| law.contact_strength(normal * self.stretch);
             law.map_or(f64::NAN, |law| strength(law) / self.stretch)
         };
         let of_face = |[before, now]: Numbers| {
-            let new = bears(now);
+            let new = strength_of(now);
             if before == now {
                 return new;
             }
-            let old = bears(before);
+            let old = strength_of(before);
             old + (new - old) * self.part
         };
         let of_side = |side: &[Option<Numbers>; 2]| match side.map(|face| face.map(of_face)) {

@@ -23,7 +23,7 @@ pub(super) struct OldPatch {
 impl OldPatch {
     /// Updates the old points at the present positions. Also returns the losses of this update.
     pub(super) fn new(mut patch: Patch, builder: &PatchBuilder<'_>) -> (Self, Losses) {
-        let opening = |pair: &JointPoint| pair.state.gap + pair.state.lifted;
+        let opening = |pair: &JointPoint| pair.state.gap + pair.state.applied_dilation;
         let mut opened: Vec<f64> = patch.pairs().map(opening).collect();
         let losses = patch.update(&builder.configuration, builder.context);
         for (du, pair) in opened.iter_mut().zip(patch.pairs()) {
@@ -129,12 +129,13 @@ impl Patch {
         }
         let soft = self.both.stiffness.shear;
         for point in &mut self.points {
-            let PointState { gap, dilation, lifted, slip, traction, .. } = &mut point.pair.state;
+            let PointState { gap, dilation, applied_dilation, slip, traction, .. } =
+                &mut point.pair.state;
             if *gap < 0.0 {
                 let less = (1.0 - press) * *gap;
                 *gap -= less;
                 *dilation += less;
-                *lifted = *dilation;
+                *applied_dilation = *dilation;
                 traction.normal *= press;
             }
             // Friction decreases with the pressure.

@@ -293,7 +293,7 @@ impl Clone for Patch {
 impl ContactPoint {
     /// Geometric penetration `[m]`, with or without pressure.
     fn depth(&self) -> f64 {
-        -(self.pair.state.gap + self.pair.state.lifted)
+        -(self.pair.state.gap + self.pair.state.applied_dilation)
     }
 }
 

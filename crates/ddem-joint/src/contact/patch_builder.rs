@@ -280,7 +280,7 @@ impl PatchBuilder<'_> {
             pair.state = PointState {
                 slip,
                 dilation: offset,
-                lifted: offset,
+                applied_dilation: offset,
                 damage: 1.0,
                 gap,
                 traction: Traction { normal, shear },

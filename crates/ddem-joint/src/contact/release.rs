@@ -171,7 +171,7 @@ impl PairMotion {
 impl BrokenLattice {
     /// True if all pairs of the joint in a lane have failed but have not moved so far that the
     /// joint is released.
-    pub fn slides_in_place(
+    pub fn has_failed_in_place(
         &self,
         context: PairContext<'_>,
         section: &JointSection,
@@ -367,12 +367,12 @@ impl Patch {
             let state = &mut point.pair.state;
             let bare = state.gap + state.dilation;
             state.gap = wanted / stiff;
-            (state.dilation, state.lifted) = (bare - state.gap, bare - state.gap);
+            (state.dilation, state.applied_dilation) = (bare - state.gap, bare - state.gap);
             let most = self.both.friction.strength(context.laws, wanted);
             let size = shear.norm();
-            let bears = if size > most { shear * (most / size) } else { shear };
-            state.slip += (state.traction.shear - bears) / soft;
-            state.traction = Traction { normal: wanted, shear: bears };
+            let carried = if size > most { shear * (most / size) } else { shear };
+            state.slip += (state.traction.shear - carried) / soft;
+            state.traction = Traction { normal: wanted, shear: carried };
         }
         // A smaller area may hold more energy under the same force; softer springs may not.
         self.limit_energy(load.energy.map(|energy| energy * (load.area / area).max(1.0)), &[]);

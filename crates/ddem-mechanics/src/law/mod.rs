@@ -106,7 +106,7 @@ pub struct PointState {
     /// Distance of the faces, negative in compression `[m]`.
     pub gap: f64,
     /// Dilation included in the gap, that of the previous step `[m]`.
-    pub lifted: f64,
+    pub applied_dilation: f64,
     /// Traction of the springs at the last step `[Pa]`.
     pub traction: Traction,
     /// Normal tractions at the last step, of the dashpot and of the settlement of the account
@@ -208,7 +208,8 @@ pub trait JointLaw: Debug + Send + Sync {
         None
     }
 
-    /// Mode in which a bonded point fails under a traction, eq. (12).
+    /// Mode in which a bonded point fails under a traction, eq. (12). This and the next methods follow
+    /// from [`tension`](Self::tension) and [`peak`](Self::peak); laws do not replace them.
     #[doc(alias = "eq 12")]
     fn failure(&self, normal: f64, shear: f64) -> Option<FailureMode> {
         if normal > self.tension() {

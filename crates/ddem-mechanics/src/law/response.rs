@@ -57,9 +57,9 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
         if start.damage < 1.0 && law.softening().is_none() {
             state.damage = 1.0;
         }
-        stiffness.normal * gap * eased(&before, gap)
+        stiffness.normal * gap * contact_fraction(&before, gap)
     };
-    (state.gap, state.lifted) = (gap, before.dilation);
+    (state.gap, state.applied_dilation) = (gap, before.dilation);
     state.traction.normal = normal;
     slide(law, stiffness.shear, softening, opening, state);
     let tan_dilation = law.tan_dilation();
@@ -75,7 +75,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
 /// Fraction of the pressure that acts on faces that have just met or are about to part. They touch
 /// during a part of the step only. The full pressure would take or do more work than the springs
 /// hold, and bouncing blocks would gain or lose energy with every contact.
-fn eased(before: &PointState, gap: f64) -> f64 {
+fn contact_fraction(before: &PointState, gap: f64) -> f64 {
     let du = gap - before.gap;
     if gap >= 0.0 || before.equilibrium.is_some() {
         1.0
@@ -138,18 +138,21 @@ fn slide<L: JointLaw + ?Sized>(
         state.traction.shear = trial;
         return;
     }
-    let mut bears = residual;
+    let mut strength = residual;
     if state.damage < 1.0 {
         // The limit falls while the point slips; both are solved together.
         let per_slip = damage_per_slip(law, softening, state.traction.normal);
         let fall = (peak - residual) * per_slip;
         let damage = state.damage + (size - limit) / (stiffness - fall) * per_slip;
         state.damage = if fall < stiffness && damage < 1.0 { damage } else { 1.0 };
-        bears = (1.0 - state.damage) * peak + state.damage * residual;
+        strength = (1.0 - state.damage) * peak + state.damage * residual;
     }
-    state.traction.shear = if bears > 0.0 { trial * (bears / size) } else { trial * 0.0 };
-    state.slip =
-        if bears > 0.0 { opening.shear - state.traction.shear / stiffness } else { opening.shear };
+    state.traction.shear = if strength > 0.0 { trial * (strength / size) } else { trial * 0.0 };
+    state.slip = if strength > 0.0 {
+        opening.shear - state.traction.shear / stiffness
+    } else {
+        opening.shear
+    };
 }
 
 /// Damage per unit of slip under a normal traction `[1/m]`; tension counts as no traction.
@@ -191,7 +194,8 @@ fn loss<L: JointLaw + ?Sized>(law: &L, before: &PointState, after: &PointState) 
         work
     };
     loss.fracture += work - friction;
-    loss.friction += friction + 0.5 * (old.normal + new.normal) * (after.lifted - before.lifted);
+    loss.friction += friction
+        + 0.5 * (old.normal + new.normal) * (after.applied_dilation - before.applied_dilation);
     loss
 }
 

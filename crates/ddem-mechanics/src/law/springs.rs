@@ -42,7 +42,7 @@ impl PointSprings {
         opening: Opening,
         state: &mut PointState,
     ) -> PointLoss {
-        let du = opening.normal - (state.gap + state.lifted);
+        let du = opening.normal - (state.gap + state.applied_dilation);
         let last = state.drag;
         if let Some(time_step) = self.time_step {
             // Set before the springs, because friction depends on it.
@@ -100,18 +100,18 @@ impl PointSprings {
         state.drag[1] = drag * du;
     }
 
-    /// Corrects the losses of a point that has just failed. The lost part of the traction `bore`
+    /// Corrects the losses of a point that has just failed. The lost part of the previous traction
     /// does not do its half of the work over the last increment `du` `[m]`, along the normal and
     /// both tangents. If that leaves a gain, the point owes it on its account.
     pub fn begin_failure(
         &self,
-        bore: Traction,
+        previous_traction: Traction,
         du: Vector3<f64>,
         loss: &mut PointLoss,
         state: &mut PointState,
     ) {
-        let normal = bore.normal - state.traction.normal;
-        let shear = bore.shear - state.traction.shear;
+        let normal = previous_traction.normal - state.traction.normal;
+        let shear = previous_traction.shear - state.traction.shear;
         let lost = loss.friction + loss.fracture - 0.5 * (normal * du.x + shear.dot(&du.yz()));
         loss.friction = loss.friction.min(lost.max(0.0));
         loss.fracture = lost.max(0.0) - loss.friction;

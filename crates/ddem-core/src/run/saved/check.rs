@@ -179,7 +179,7 @@ fn is_finite(patch: &Patch) -> bool {
         let PointState {
             slip,
             dilation,
-            lifted,
+            applied_dilation,
             damage,
             gap,
             traction,
@@ -187,7 +187,8 @@ fn is_finite(patch: &Patch) -> bool {
             account,
             equilibrium,
         } = state;
-        let held = [area, slip.x, slip.y, gap, account, slid, traction.normal, damage, lifted];
+        let held =
+            [area, slip.x, slip.y, gap, account, slid, traction.normal, damage, applied_dilation];
         let more = [traction.shear.x, traction.shear.y, dilation, drag[0], drag[1]];
         let equilibrium = equilibrium.map(|s| [s.slip.x, s.slip.y, s.dilation, s.damage, s.gap]);
         let all = held.iter().chain(&more).chain(&origin).chain(equilibrium.iter().flatten());
