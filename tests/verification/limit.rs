@@ -35,7 +35,7 @@ const STEPS: u64 = 8000;
 type Weights<'a> = &'a [(Where, f64)];
 
 /// True if a model stands; dynamic methods take this duration `[s]`.
-fn stands(mut deck: Deck, way: Way, weights: Weights<'_>, duration: f64) -> bool {
+fn is_stable(mut deck: Deck, way: Way, weights: Weights<'_>, duration: f64) -> bool {
     if way == Way::Slow {
         let along = deck.model.gravity;
         for (region, mass) in weights {
@@ -82,7 +82,7 @@ fn find((case, what): (Case, &str), weights: Weights<'_>, duration: f64, at: &dy
         let (mut low, mut high) = (0.96, 1.03);
         for _ in 0..3 {
             let middle = 0.5 * (low + high);
-            let standing = stands(at(middle), way, weights, duration);
+            let standing = is_stable(at(middle), way, weights, duration);
             *(if standing { &mut low } else { &mut high }) = middle;
         }
         let what = format!("limit by {name}, {what} [part of the exact one]");

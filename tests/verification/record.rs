@@ -50,7 +50,7 @@ pub(crate) const CASES: &[Case] = &[
     case("V5 pull", "v05_pull_thick"),
     case("V5 pull", "v05_pull_spring"),
     case("V5 pull", "v05_pull_softening"),
-    case("Barton–Bandis", "barton_bandis"),
+    case("Barton's law", "barton_bandis"),
     case("V6 wave through a joint", "v06_p_spring"),
     case("V6 wave through a joint", "v06_p_thick"),
     case("V6 wave through a joint", "v06_refined"),

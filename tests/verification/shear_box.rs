@@ -1,4 +1,4 @@
-//! V5: direct shear of one joint, and the strength of Barton and Bandis.
+//! V5: direct shear of one joint, and the strength of Barton's law.
 
 use super::energy::closes;
 use super::record::Tolerance::{Absolute, Relative};

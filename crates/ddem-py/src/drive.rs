@@ -17,30 +17,30 @@ use crate::functions::{Called, Functions};
 use crate::samples::Samples;
 use crate::simulation::PySimulation;
 use crate::values::{alone, no_matter, table};
-use crate::worker::{Pool, Watch, away, outcome, warn};
+use crate::worker::{Pool, Worker, away, outcome, warn};
 
-/// Observer that passes events to the watch and the samples.
+/// Observer that passes events to the worker and the samples.
 pub(crate) struct PyObserver<'a> {
-    pub(crate) watch: &'a Watch,
+    pub(crate) worker: &'a Worker,
     pub(crate) samples: &'a mut Samples,
 }
 
 impl ddem_io::run::Observer for PyObserver<'_> {
     fn event(&mut self, event: Event<'_>) {
         match event {
-            Event::Progress(progress) => self.watch.progress(progress.clone()),
-            Event::Warning(warning) => self.watch.warn(warning.to_string()),
+            Event::Progress(progress) => self.worker.progress(progress.clone()),
+            Event::Warning(warning) => self.worker.warn(warning.to_string()),
             Event::Sample { step, time, values } => self.samples.push(step, time, values),
             _ => {}
         }
     }
 
     fn stop_flag(&self) -> Arc<AtomicBool> {
-        self.watch.stop_flag()
+        self.worker.stop_flag()
     }
 
     fn wants_to_stop(&mut self) -> bool {
-        self.watch.stops()
+        self.worker.stops()
     }
 }
 
@@ -78,9 +78,9 @@ pub(crate) fn driven(
     quiet: bool,
 ) -> PyResult<PySimulation> {
     let bar = progress_bar(py, quiet)?;
-    let (ended, stopped) = away(py, &pool, bar.as_ref(), |watch| {
+    let (ended, stopped) = away(py, &pool, bar.as_ref(), |worker| {
         let mut samples = Samples::default();
-        let mut observer = PyObserver { watch, samples: &mut samples };
+        let mut observer = PyObserver { worker, samples: &mut samples };
         let outcome = ddem_io::run::run(deck, source, options, &mut observer);
         outcome.map(|outcome| (outcome, samples))
     })?;
@@ -105,16 +105,16 @@ pub(crate) fn driven(
     }
 }
 
-/// Takes plain steps until all are done or the watch stops them.
+/// Takes plain steps until all are done or the worker stops them.
 pub(crate) fn steps(
     simulation: &mut ddem_core::Simulation,
     n: u64,
-    watch: &Watch,
+    worker: &Worker,
 ) -> Result<(), ddem_core::RunError> {
     let clock = std::time::Instant::now();
     let mut told = clock;
     for step in 1..=n {
-        if watch.stops() {
+        if worker.stops() {
             break;
         }
         simulation.step()?;
@@ -124,7 +124,7 @@ pub(crate) fn steps(
         }
         told = now;
         let rate = step as f64 / now.duration_since(clock).as_secs_f64();
-        watch.progress(Progress {
+        worker.progress(Progress {
             stage: "step".to_owned(),
             stage_index: (0, 1),
             relax: false,

@@ -355,8 +355,8 @@ fn part<T: Send>(
 ) -> PyResult<T> {
     let mut inner = simulation.again(py);
     let Inner { session, samples, .. } = &mut **inner;
-    let (done, stopped) = parted(py, &simulation.pool, bar, |watch| {
-        work(session, &mut PyObserver { watch, samples })
+    let (done, stopped) = parted(py, &simulation.pool, bar, |worker| {
+        work(session, &mut PyObserver { worker, samples })
     })?;
     drop(inner);
     outcome(done, stopped, |failure| {

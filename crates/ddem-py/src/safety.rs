@@ -49,8 +49,8 @@ impl PySimulation {
             return Err(errors::arguments(py, ModelError { faults }, "stage[0]."));
         }
         let simulation = inner.session.simulation_mut();
-        let (found, stopped) = away(py, self.pool(), None, |watch| {
-            simulation.stop_when(watch.stop_flag());
+        let (found, stopped) = away(py, self.pool(), None, |worker| {
+            simulation.stop_when(worker.stop_flag());
             simulation.factor_of_safety(&stage.search(), &|_| {})
         })?;
         let Safety { factor, bracket, trials, failing } =

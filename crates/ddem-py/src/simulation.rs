@@ -73,9 +73,9 @@ impl PySimulation {
         let bar = if n > 1 { progress_bar(py, quiet)? } else { None };
         let mut inner = self.idle(py)?;
         let simulation = inner.session.simulation_mut();
-        let (done, stopped) = away(py, &self.pool, bar.as_ref(), |watch| {
-            simulation.stop_when(watch.stop_flag());
-            steps(simulation, n, watch)
+        let (done, stopped) = away(py, &self.pool, bar.as_ref(), |worker| {
+            simulation.stop_when(worker.stop_flag());
+            steps(simulation, n, worker)
         })?;
         self.ended(py, done, stopped)
     }
@@ -267,8 +267,8 @@ impl PySimulation {
     ) -> PyResult<()> {
         let mut inner = self.lock(py)?;
         let simulation = inner.session.simulation_mut();
-        let (done, stopped) = away(py, &self.pool, None, |watch| {
-            simulation.stop_when(watch.stop_flag());
+        let (done, stopped) = away(py, &self.pool, None, |worker| {
+            simulation.stop_when(worker.stop_flag());
             work(simulation)
         })?;
         self.ended(py, done, stopped)

@@ -16,7 +16,7 @@ use crate::matter::{PyJoint, PyMaterial};
 /// Largest number of entries of one argument: more are a mistake, or an endless sequence.
 const MOST: usize = 5_000_000;
 /// Number of entries between two checks for Ctrl-C.
-const LOOK: usize = 1 << 16;
+const CHECK_INTERVAL: usize = 1 << 16;
 
 /// Largest depth of lists and dictionaries in a deck; a list may contain itself.
 const DEEPEST: usize = 12;
@@ -152,7 +152,7 @@ fn of_sequence(
             let message = format!("has more than {MOST} entries");
             return Err(model_error(list.py(), place, &message, None));
         }
-        if entries.is_multiple_of(LOOK) {
+        if entries.is_multiple_of(CHECK_INTERVAL) {
             list.py().check_signals()?;
         }
         array.push(at_depth(&entry?, &format!("{place}[{i}]"), name, (depth, entries))?);

@@ -19,14 +19,14 @@ use crate::arrays::whole;
 use crate::errors::{internal, is_interruption, model_error};
 
 /// Time between two checks for Ctrl-C and progress.
-const LOOK: Duration = Duration::from_millis(50);
+const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
 /// Largest number of threads that a call may request.
 const MOST_THREADS: usize = 1024;
 
 /// State of work on another thread, as seen from Python.
 #[derive(Default)]
-pub(crate) struct Watch {
+pub(crate) struct Worker {
     stop: Arc<AtomicBool>,
     progress: Mutex<Option<Progress>>,
     warnings: Mutex<Vec<String>>,
@@ -36,7 +36,7 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-impl Watch {
+impl Worker {
     /// True if the work must stop.
     pub(crate) fn stops(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
@@ -143,7 +143,7 @@ pub(crate) fn away<T: Send>(
     py: Python<'_>,
     pool: &Pool,
     bar: Option<&Py<PyAny>>,
-    work: impl FnOnce(&Watch) -> T + Send,
+    work: impl FnOnce(&Worker) -> T + Send,
 ) -> PyResult<(T, Option<PyErr>)> {
     let done = parted(py, pool, bar, work);
     let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
@@ -169,30 +169,30 @@ pub(crate) fn parted<T: Send>(
     py: Python<'_>,
     pool: &Pool,
     bar: Option<&Py<PyAny>>,
-    work: impl FnOnce(&Watch) -> T + Send,
+    work: impl FnOnce(&Worker) -> T + Send,
 ) -> PyResult<(T, Option<PyErr>)> {
     let pool = pool.get()?;
-    let watch = Watch::default();
+    let worker = Worker::default();
     let (send, receive) = sync_channel(1);
     let (done, mut raised): Ending<T> = py.detach(|| {
-        let watch = &watch;
+        let worker = &worker;
         pool.in_place_scope(move |scope| {
             scope.spawn(move |_| {
-                let done = catch_unwind(AssertUnwindSafe(|| work(watch)));
+                let done = catch_unwind(AssertUnwindSafe(|| work(worker)));
                 let _ = send.send(done);
             });
             let mut raised = None;
             loop {
-                match receive.recv_timeout(LOOK) {
+                match receive.recv_timeout(POLL_INTERVAL) {
                     Ok(done) => return (done, raised),
                     Err(RecvTimeoutError::Timeout) if raised.is_none() => {
-                        let look = |py: Python<'_>| {
+                        let poll = |py: Python<'_>| {
                             py.check_signals()?;
-                            watch.tell(py, bar)
+                            worker.tell(py, bar)
                         };
-                        if let Err(error) = Python::attach(look) {
+                        if let Err(error) = Python::attach(poll) {
                             raised = Some(error);
-                            watch.stop.store(true, Ordering::Relaxed);
+                            worker.stop.store(true, Ordering::Relaxed);
                         }
                     }
                     Err(RecvTimeoutError::Timeout) => {}
@@ -205,7 +205,7 @@ pub(crate) fn parted<T: Send>(
     });
     // A Ctrl-C at the end of the work is handled here and not by later code.
     let signal = py.check_signals();
-    let told = watch.tell(py, bar);
+    let told = worker.tell(py, bar);
     raised = first(py, raised, signal.err());
     raised = first(py, raised, told.err());
     match done {

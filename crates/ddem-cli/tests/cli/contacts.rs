@@ -39,7 +39,7 @@ frames = 5
 damping = 'none'
 ";
 
-fn said(change: impl Fn(&str) -> String, arguments: &str) -> RunOutput {
+fn run_changed(change: impl Fn(&str) -> String, arguments: &str) -> RunOutput {
     let desk = Desk::new();
     desk.write("pair.toml", &change(PAIR));
     desk.run(&format!("pair.toml {arguments}"))
@@ -49,7 +49,7 @@ fn said(change: impl Fn(&str) -> String, arguments: &str) -> RunOutput {
 fn sets_that_overlap_are_refused_by_name() {
     for arguments in ["", "--check"] {
         let change = |text: &str| text.replace("[0.3, 0.2, 1.0]", "[0.3, 0.2, 0.75]");
-        let went = said(change, arguments);
+        let went = run_changed(change, arguments);
         assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
         let message =
             "block [0, 0, 0] of `above` and block [0, 0, 0] of `below` overlap by 2.500e-1 m";
@@ -75,7 +75,7 @@ fn mistakes_in_contacts_and_of_rigid_blocks_are_refused() {
         ),
         ("every = 1e-3", "quantity = 'stress'", "rigid"),
     ] {
-        let went = said(|text| text.replace(from, to), "");
+        let went = run_changed(|text| text.replace(from, to), "");
         assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""), "{to}");
         assert!(went.stderr.contains(message), "{to}: {}", went.stderr);
     }
@@ -96,11 +96,11 @@ fn what_is_doubted_of_contacts_and_rigid_blocks_is_said() {
              its edge into the one below: contacts have 1.00e5 Pa/m [soft-contact]",
         ),
     ] {
-        let went = said(|text| text.replacen(from, to, 1), "--check");
+        let went = run_changed(|text| text.replacen(from, to, 1), "--check");
         assert_eq!(went.status, Some(0), "{}", went.stderr);
         assert!(went.stderr.starts_with(message), "{to}: {}", went.stderr);
     }
-    let went = said(str::to_owned, "");
+    let went = run_changed(str::to_owned, "");
     assert_eq!(went.status, Some(0), "{}", went.stderr);
     assert!(!went.stderr.contains("warning"), "{}", went.stderr);
 }
@@ -149,12 +149,12 @@ fn undamped(text: &str) -> String {
 fn undamped_blocks_that_slide_are_warned_of() {
     let doubt = "[undamped-sliding]";
     for (damping, warned) in [("'none'", true), ("{ stiffness = 1e-5 }", false)] {
-        let went = said(|text| undamped(&soft(text)).replace("'none'", damping), "");
+        let went = run_changed(|text| undamped(&soft(text)).replace("'none'", damping), "");
         assert_eq!(went.status, Some(0), "{}", went.stderr);
         assert_eq!(went.stderr.contains(doubt), warned, "{}", went.stderr);
     }
     for change in [undamped, soft] {
-        assert!(!said(change, "").stderr.contains(doubt));
+        assert!(!run_changed(change, "").stderr.contains(doubt));
     }
 }
 

@@ -48,13 +48,13 @@ pub(crate) fn model(deck: &Deck) -> Model {
 }
 
 /// Built deck of a deck without errors.
-pub(crate) fn site(deck: &Deck) -> BuiltDeck {
+pub(crate) fn built(deck: &Deck) -> BuiltDeck {
     BuiltDeck::new(deck).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Warnings about the model of a deck.
 pub(crate) fn warnings(deck: &Deck) -> Vec<String> {
-    let site = site(deck);
+    let site = built(deck);
     site.warnings(&site.model()).iter().map(ToString::to_string).collect()
 }
 

@@ -18,14 +18,14 @@ fn pile() -> Deck {
 }
 
 /// Message of a panic.
-fn said<T>(does: impl FnOnce() -> T) -> String {
+fn panic_message<T>(does: impl FnOnce() -> T) -> String {
     let panic = catch_unwind(AssertUnwindSafe(does)).err().expect("a panic");
     let text = panic.downcast_ref::<String>().cloned();
     text.unwrap_or_else(|| (*panic.downcast_ref::<&str>().expect("words")).to_owned())
 }
 
 /// Message of an error about values that a program gave.
-fn told<T>(done: Result<T, RunError>) -> String {
+fn refusal<T>(done: Result<T, RunError>) -> String {
     let Err(error @ RunError::Values { .. }) = done else { panic!("not refused as values") };
     error.to_string()
 }
@@ -91,30 +91,39 @@ fn numbers_of_nodes_and_blocks_that_are_not_there_are_refused_at_once() {
     let model = model(&pile());
     let no_node = "there is no node 9999: the model has 54 nodes, from 0";
     let no_block = "there is no block 2: the model has 2 blocks, from 0";
-    assert_eq!(said(|| model.point(9999)), no_node);
-    assert_eq!(said(|| model.block_of(9999)), no_node);
-    assert_eq!(said(|| model.mass(9999)), no_node);
-    assert_eq!(said(|| model.stiffness_diagonal(9999)), no_node);
-    assert_eq!(said(|| model.elements_at(&[0, 9999])), no_node);
-    assert_eq!(said(|| model.hexes(2).count()), no_block);
-    assert_eq!(said(|| model.is_rigid(2)), no_block);
-    assert_eq!(said(|| model.is_removed(2)), no_block);
-    assert_eq!(said(|| model.removed_in(2)), no_block);
-    assert_eq!(said(|| model.material(2)), no_block);
-    assert_eq!(said(|| model.volume(2)), no_block);
-    assert!(said(|| model.nearest_node([f64::NAN; 3])).starts_with("no node is nearest to [NaN"));
-    assert!(said(|| model.element_at([0.0, f64::INFINITY, 0.0])).starts_with("no element is at"));
+    assert_eq!(panic_message(|| model.point(9999)), no_node);
+    assert_eq!(panic_message(|| model.block_of(9999)), no_node);
+    assert_eq!(panic_message(|| model.mass(9999)), no_node);
+    assert_eq!(panic_message(|| model.stiffness_diagonal(9999)), no_node);
+    assert_eq!(panic_message(|| model.elements_at(&[0, 9999])), no_node);
+    assert_eq!(panic_message(|| model.hexes(2).count()), no_block);
+    assert_eq!(panic_message(|| model.is_rigid(2)), no_block);
+    assert_eq!(panic_message(|| model.is_removed(2)), no_block);
+    assert_eq!(panic_message(|| model.removed_in(2)), no_block);
+    assert_eq!(panic_message(|| model.material(2)), no_block);
+    assert_eq!(panic_message(|| model.volume(2)), no_block);
+    assert!(
+        panic_message(|| model.nearest_node([f64::NAN; 3]))
+            .starts_with("no node is nearest to [NaN")
+    );
+    assert!(
+        panic_message(|| model.element_at([0.0, f64::INFINITY, 0.0]))
+            .starts_with("no element is at")
+    );
 
     let mut simulation = Simulation::new(model);
-    assert_eq!(said(|| simulation.displacement(9999)), no_node);
-    assert_eq!(said(|| simulation.velocity(9999)), no_node);
-    assert_eq!(said(|| simulation.reaction(&[9999, 0])), no_node);
-    assert_eq!(said(|| simulation.stress(2, [0; 3])), no_block);
+    assert_eq!(panic_message(|| simulation.displacement(9999)), no_node);
+    assert_eq!(panic_message(|| simulation.velocity(9999)), no_node);
+    assert_eq!(panic_message(|| simulation.reaction(&[9999, 0])), no_node);
+    assert_eq!(panic_message(|| simulation.stress(2, [0; 3])), no_block);
     for at in [[2, 0, 0], [0, 2, 0], [0, 0, 2]] {
         let words = format!("block 0 has no element at {at:?}: it has 2 along each edge, from 0");
-        assert_eq!(said(|| simulation.stress(0, at)), words);
+        assert_eq!(panic_message(|| simulation.stress(0, at)), words);
     }
-    assert_eq!(said(|| simulation.enter(99)), "there is no stage 99: the model has 1, from 0");
+    assert_eq!(
+        panic_message(|| simulation.enter(99)),
+        "there is no stage 99: the model has 1, from 0"
+    );
 }
 
 /// A refused call changes nothing.
@@ -123,12 +132,15 @@ fn forces_and_fields_that_do_not_fit_are_refused_at_once() {
     let mut simulation = Simulation::new(model(&pile()));
     let before = simulation.save();
     let none = [0.0; 3];
-    assert!(said(|| simulation.apply_force(&[9999], &[none])).starts_with("there is no node 9999"));
-    let words = said(|| simulation.apply_force(&[0, 1, 2], &[none]));
+    assert!(
+        panic_message(|| simulation.apply_force(&[9999], &[none]))
+            .starts_with("there is no node 9999")
+    );
+    let words = panic_message(|| simulation.apply_force(&[0, 1, 2], &[none]));
     assert_eq!(words, "there are 1 forces for 3 nodes");
-    let words = said(|| simulation.set_displacements(&[none; 3]));
+    let words = panic_message(|| simulation.set_displacements(&[none; 3]));
     assert_eq!(words, "there are 3 displacements for the 54 nodes of the model");
-    let words = said(|| simulation.set_velocities(&[none; 55]));
+    let words = panic_message(|| simulation.set_velocities(&[none; 55]));
     assert_eq!(words, "there are 55 velocities for the 54 nodes of the model");
     assert_eq!(simulation.save(), before);
     simulation.step().unwrap_or_else(|error| panic!("{error}"));
@@ -138,7 +150,7 @@ fn forces_and_fields_that_do_not_fit_are_refused_at_once() {
 fn values_that_no_deck_could_have_are_refused() {
     let mut simulation = Simulation::new(model(&pile()));
     let before = simulation.save();
-    let mut start = |damping, step, duration| told(simulation.start(damping, step, duration));
+    let mut start = |damping, step, duration| refusal(simulation.start(damping, step, duration));
     for step in [f64::NAN, -1e-6, 0.0, f64::INFINITY] {
         let words = start(Damping::None, TimeStep::Seconds(step), None);
         assert!(words.starts_with("time_step: `time_step` is "), "{words}");
@@ -156,7 +168,7 @@ fn values_that_no_deck_could_have_are_refused() {
             simulation.relax(tolerance, 10).map(|_| ()),
             simulation.relax_step(tolerance).map(|_| ()),
         ] {
-            assert!(told(refused).starts_with("tolerance: `tolerance` is "));
+            assert!(refusal(refused).starts_with("tolerance: `tolerance` is "));
         }
     }
     assert_eq!(simulation.save(), before);
@@ -177,7 +189,7 @@ fn searches_that_find_nothing_are_refused() {
         ("max_steps", SafetySearch { max_steps: 0, ..SafetySearch::default() }),
         ("joints", SafetySearch { joints: Some(Vec::new()), ..SafetySearch::default() }),
     ] {
-        let words = told(simulation.factor_of_safety(&search, &|_| {}));
+        let words = refusal(simulation.factor_of_safety(&search, &|_| {}));
         assert!(words.starts_with(key), "{words}");
     }
 }

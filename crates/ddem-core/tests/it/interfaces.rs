@@ -19,8 +19,8 @@ fn block_over_bed(gap: f64) -> Deck {
     deck
 }
 
-fn said(deck: &Deck) -> Vec<String> {
-    site(deck).interfaces().iter().map(ToString::to_string).collect()
+fn messages(deck: &Deck) -> Vec<String> {
+    built(deck).interfaces().iter().map(ToString::to_string).collect()
 }
 
 #[test]
@@ -29,7 +29,7 @@ fn sets_are_joined_where_they_touch_or_the_joint_fills_the_gap() {
     for gap in [0.0, 0.8e-4, -0.8e-4, 0.01, 0.01 + 0.8e-4, 0.01 - 0.8e-4] {
         let deck = block_over_bed(gap);
         let joined = "sets `bed` and `block` are joined by joint `seam` over 4 faces";
-        assert_eq!(said(&deck), [joined], "{gap}");
+        assert_eq!(messages(&deck), [joined], "{gap}");
         assert_eq!(warnings(&deck), [""; 0], "{gap}");
     }
 }
@@ -40,7 +40,7 @@ fn a_gap_that_is_not_the_thickness_is_not_welded_over() {
         let deck = block_over_bed(gap);
         let model = model(&deck);
         let warnings = warnings(&deck);
-        assert_eq!((model.n_joints(), said(&deck)), (4, Vec::new()), "{gap}");
+        assert_eq!((model.n_joints(), messages(&deck)), (4, Vec::new()), "{gap}");
         if gap > 0.02 {
             assert_eq!(warnings, [""; 0]);
             continue;
@@ -90,17 +90,17 @@ fn the_joint_between_two_sets_is_the_one_that_counts() {
     let mut deck = block_over_bed(0.03);
     let wide = Joint { thickness: 0.03, ..deck.joints["seam"].clone() };
     deck.joints.insert("wide".into(), wide);
-    assert_eq!(said(&deck), [""; 0]);
+    assert_eq!(messages(&deck), [""; 0]);
     let assigned =
         Assign { region: plane(2, 1.0), joint: Some("wide".into()), ..Assign::default() };
     let mut by_place = deck.clone();
     by_place.assign.push(assigned);
     let joined = "sets `bed` and `block` are joined by joint `wide` over 4 faces";
-    assert_eq!(said(&by_place), [joined]);
+    assert_eq!(messages(&by_place), [joined]);
     deck.blocks[1].joint = Some(JointChoice::All("wide".into()));
-    assert_eq!(said(&deck), [joined]);
+    assert_eq!(messages(&deck), [joined]);
     deck.blocks.swap(0, 1);
-    assert_eq!(said(&deck), [""; 0]);
+    assert_eq!(messages(&deck), [""; 0]);
 }
 
 #[test]
@@ -109,11 +109,11 @@ fn sets_without_a_joint_meet_as_contacts() {
     deck.blocks[1].joint = None;
     let touching =
         "sets `bed` and `block` touch over 4 faces without a joint: their blocks meet as contacts";
-    assert_eq!(said(&deck), [touching]);
+    assert_eq!(messages(&deck), [touching]);
     deck.blocks[1].origin = [0.0, 0.0, 1.0];
-    assert_eq!(said(&deck), [touching.replace("4 faces", "1 face")]);
+    assert_eq!(messages(&deck), [touching.replace("4 faces", "1 face")]);
     deck.model.contact = Some(false);
-    assert_eq!(said(&deck), [""; 0]);
+    assert_eq!(messages(&deck), [""; 0]);
 }
 
 /// A set in place of removed blocks touches the blocks around it across half a joint.
@@ -133,6 +133,6 @@ fn a_set_in_the_place_of_removed_blocks_touches_those_around() {
     });
     let _model = model(&deck);
     let joined = "sets `frame` and `plug` are joined by joint `seam` over 4 faces";
-    assert_eq!(said(&deck), [joined]);
+    assert_eq!(messages(&deck), [joined]);
     assert_eq!(warnings(&deck), [""; 0]);
 }

@@ -101,7 +101,7 @@ fn same(a: &Simulation, b: &Simulation, what: &str) {
 }
 
 /// Evaluates everything that a simulation offers.
-fn look(simulation: &mut Simulation) {
+fn evaluate_everything(simulation: &mut Simulation) {
     simulation.energy();
     simulation.velocities();
     let _ = simulation.stresses();
@@ -194,7 +194,7 @@ fn looking_at_blocks_that_break_and_meet_changes_no_bit() {
             step(&mut plain, 1);
             step(&mut looked, 1);
             if random.next() > 0.3 {
-                look(&mut looked);
+                evaluate_everything(&mut looked);
             }
             if at % 25 == 0 || at > STEPS - 3 {
                 same(&plain, &looked, &format!("step {at}"));

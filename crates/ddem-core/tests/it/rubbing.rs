@@ -16,7 +16,7 @@ const JRC: f64 = 8.0;
 const JCS: f64 = 30e6;
 const BASIC: f64 = 26.0;
 
-/// Barton and Bandis: τ = σ tan(JRC log10(JCS/σ) + φ_r).
+/// Barton's law: τ = σ tan(JRC log10(JCS/σ) + φ_r).
 fn barton(pressure: f64) -> f64 {
     pressure * (JRC * (JCS / pressure).log10() + BASIC).to_radians().tan()
 }
@@ -113,7 +113,7 @@ fn contacts_have_the_roughness_of_a_law_of_ones_own() {
     }
 }
 
-/// The joint of Barton and Bandis drops to σ tan φ_r at failure, and its contact keeps this
+/// A joint with Barton's law drops to σ tan φ_r at failure, and its contact keeps this
 /// strength.
 #[test]
 fn contacts_of_a_joint_of_barton_and_bandis_have_its_residual_strength() {

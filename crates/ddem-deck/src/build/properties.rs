@@ -47,7 +47,7 @@ fn joint_properties(deck: &Deck, (name, joint): (&String, &Joint)) -> JointPrope
     };
     let law = || -> Arc<dyn JointLaw> {
         match (joint.jrc, joint.jcs) {
-            (Some(jrc), Some(jcs)) => Arc::new(barton_bandis(joint, [jrc, jcs])),
+            (Some(jrc), Some(jcs)) => Arc::new(barton(joint, [jrc, jcs])),
             _ => Arc::new(mohr_coulomb(joint)),
         }
     };
@@ -79,7 +79,7 @@ fn mohr_coulomb(joint: &Joint) -> MohrCoulomb {
     }
 }
 
-fn barton_bandis(joint: &Joint, [jrc, jcs]: [f64; 2]) -> Barton {
+fn barton(joint: &Joint, [jrc, jcs]: [f64; 2]) -> Barton {
     Barton {
         jrc,
         jcs,

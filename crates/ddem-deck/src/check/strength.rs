@@ -83,7 +83,7 @@ fn peaks(at: &str, joint: &Joint, faults: &mut Faults) {
     }
 }
 
-/// Checks the keys of the Barton–Bandis law: three numbers that need each other and exclude the
+/// Checks the keys of Barton's law: three numbers that need each other and exclude the
 /// keys of the Mohr–Coulomb law.
 fn roughness(at: &str, joint: &Joint, faults: &mut Faults) {
     let first = if joint.jrc.is_some() { "jrc" } else { "jcs" };

@@ -24,8 +24,8 @@ pub struct Material {
 /// thickness. A joint with none of `cohesion`, `friction`, `tension`, `jrc` and `jcs` never fails;
 /// with any given it can, and those left out of `cohesion`, `friction` and `tension` are 0.
 ///
-/// Strength in shear under a compressive normal stress σ_n is `c + σ_n tan φ` (Mohr and Coulomb),
-/// or with `jrc` and `jcs` `σ_n tan(φ_r + JRC log10(JCS/σ_n))` (Barton and Bandis), whose φ_r is
+/// Strength in shear under a compressive normal stress σ_n is `c + σ_n tan φ` (Mohr–Coulomb),
+/// or with `jrc` and `jcs` `σ_n tan(φ_r + JRC log10(JCS/σ_n))` (Barton), whose φ_r is
 /// `residual_friction`. `fracture_energy` makes a Mohr–Coulomb joint soften over a distance
 /// instead of losing its strength at once.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -49,7 +49,7 @@ fn put(folder: &Path, name: &str, content: impl AsRef<[u8]>) {
 }
 
 /// Number of blocks left, or the error.
-fn left(folder: &Path, region: &str) -> Result<usize, String> {
+fn remaining_blocks(folder: &Path, region: &str) -> Result<usize, String> {
     let path = folder.join("deck.toml");
     put(folder, "deck.toml", deck(region));
     let (deck, source) = ddem_deck::read(&path).map_err(|error| error.to_string())?;
@@ -57,8 +57,8 @@ fn left(folder: &Path, region: &str) -> Result<usize, String> {
     deck.build().map(|model| model.n_blocks()).map_err(|error| error.to_string())
 }
 
-fn said(folder: &Path, region: &str, words: &[&str]) {
-    let Err(message) = left(folder, region) else { panic!("accepted: {words:?}") };
+fn assert_refused(folder: &Path, region: &str, words: &[&str]) {
+    let Err(message) = remaining_blocks(folder, region) else { panic!("accepted: {words:?}") };
     for word in words {
         assert!(message.contains(word), "`{word}` is not in: {message}");
     }
@@ -109,7 +109,7 @@ fn stl_in_text_and_in_binary() {
     fs::create_dir(path.join("pits")).unwrap_or_else(|error| panic!("{error}"));
     put(path, "pits/one.STL", binary(&pit, ""));
     for name in ["text.stl", "nameless.stl", "binary.stl", "solid.stl", "pits/one.STL"] {
-        assert_eq!(left(path, &format!("inside = '{name}'")), Ok(64 - 16), "{name}");
+        assert_eq!(remaining_blocks(path, &format!("inside = '{name}'")), Ok(64 - 16), "{name}");
     }
 }
 
@@ -120,27 +120,27 @@ fn what_is_no_closed_surface() {
     let mut open = cuboid([1.0; 3], [3.0; 3]);
     open.truncate(11);
     put(path, "open.stl", text(&open, "solid open"));
-    said(
+    assert_refused(
         path,
         "inside = 'open.stl'",
         &["deck.toml:16:20: remove[0].where.inside", "is not closed: 3 open edges of 11 triangles"],
     );
     let whole = binary(&open, "cut");
     put(path, "cut.stl", &whole[..200]);
-    said(
+    assert_refused(
         path,
         "inside = 'cut.stl'",
         &["this is no STL file: it would have 11 triangles in 200 bytes"],
     );
     put(path, "short.stl", "x");
-    said(path, "inside = 'short.stl'", &["this is no STL file: it is too short"]);
+    assert_refused(path, "inside = 'short.stl'", &["this is no STL file: it is too short"]);
     put(path, "words.stl", "solid\nfacet of a diamond\n");
-    said(path, "inside = 'words.stl'", &["this is no STL file"]);
+    assert_refused(path, "inside = 'words.stl'", &["this is no STL file"]);
     put(path, "none.stl", text(&[], "solid none"));
-    said(path, "inside = 'none.stl'", &["has no triangle"]);
-    said(path, "inside = 'opne.stl'", &["cannot read", "did you mean `open.stl`?"]);
-    said(path, "inside = '.'", &["cannot read"]);
-    said(path, "inside = 3", &["expected the path of a file, in quotes, found 3"]);
+    assert_refused(path, "inside = 'none.stl'", &["has no triangle"]);
+    assert_refused(path, "inside = 'opne.stl'", &["cannot read", "did you mean `open.stl`?"]);
+    assert_refused(path, "inside = '.'", &["cannot read"]);
+    assert_refused(path, "inside = 3", &["expected the path of a file, in quotes, found 3"]);
 }
 
 /// Heights of 2.1 in the west and 4.1 in the east.
@@ -163,19 +163,19 @@ fn heights_as_csv_and_as_esri_grid() {
     // 2.5.
     for name in ["plain.csv", "named.csv", "other.csv", "corner.asc", "centre.asc"] {
         let region = format!("above = {{ topography = '{name}' }}");
-        assert_eq!(left(path, &region), Ok(64 - 4 * 4), "{name}");
+        assert_eq!(remaining_blocks(path, &region), Ok(64 - 4 * 4), "{name}");
         let region = format!("below = {{ topography = '{name}' }}");
-        assert_eq!(left(path, &region), Ok(4 * 4), "{name}");
+        assert_eq!(remaining_blocks(path, &region), Ok(4 * 4), "{name}");
     }
     // The first row of an ESRI grid is the northernmost.
     put(path, "north.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 2\n0 0\n9 9\n");
-    assert_eq!(left(path, "above = { topography = 'north.asc' }, y = [3, 4]"), Ok(48));
-    assert_eq!(left(path, "below = { topography = 'north.asc' }, y = [0, 1]"), Ok(48));
+    assert_eq!(remaining_blocks(path, "above = { topography = 'north.asc' }, y = [3, 4]"), Ok(48));
+    assert_eq!(remaining_blocks(path, "below = { topography = 'north.asc' }, y = [0, 1]"), Ok(48));
     // Heights may be missing where none is needed.
     let east = "nan 9\nNaN 9\n";
     let head = "ncols 2\nnrows 2\nxllcenter 0\nyllcenter 0\ncellsize 3\nNODATA_value nan\n";
     put(path, "nan.asc", format!("{head}{east}"));
-    assert_eq!(left(path, "below = { topography = 'nan.asc' }, x = [3, 4]"), Ok(48));
+    assert_eq!(remaining_blocks(path, "below = { topography = 'nan.asc' }, x = [3, 4]"), Ok(48));
 }
 
 #[test]
@@ -208,10 +208,10 @@ fn what_is_no_grid_of_heights() {
         ("", "here are 0 different x"),
     ] {
         put(path, "ground", content);
-        said(path, region, &["remove[0].where.above.topography", words]);
+        assert_refused(path, region, &["remove[0].where.above.topography", words]);
     }
     put(path, "ground", [0, 159, 146, 150]);
-    said(path, region, &["this is not text"]);
+    assert_refused(path, region, &["this is not text"]);
 }
 
 /// A run resumes only with the files with which it began.

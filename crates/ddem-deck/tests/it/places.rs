@@ -145,7 +145,7 @@ fn blocks_above_a_slope() {
     assert_eq!(count(above(slope(4.0))), 40);
     assert_eq!(count(below(slope(4.0))), 40);
 
-    let told = crate::decks::site(&remove(cube, above(slope(4.1)))).selections();
+    let told = crate::decks::built(&remove(cube, above(slope(4.1)))).selections();
     let [Selection { entry, blocks, volume, holds, shape, .. }] = &told[..] else {
         panic!("{told:?}")
     };
@@ -270,7 +270,7 @@ fn blocks_and_nodes_inside_a_closed_surface() {
         let all =
             halves().flat_map(|x| halves().flat_map(move |y| halves().map(move |z| [x, y, z])));
         let expected = all.filter(|x| size(*x) <= r + 1e-9).count();
-        let site = crate::decks::site(&remove(cube.clone(), inside(octahedron(centre, r))));
+        let site = crate::decks::built(&remove(cube.clone(), inside(octahedron(centre, r))));
         assert_eq!(216 - site.model().n_blocks(), expected, "{centre:?} {r}");
         let told = site.selections();
         assert_eq!((told[0].blocks, told[0].volume), (expected, expected as f64));
@@ -320,7 +320,7 @@ fn blocks_above_and_below_a_topography() {
     assert!(over > 10 && over < 40);
     assert_eq!(64 - model(&remove(cube.clone(), above(ground()))).n_blocks(), over);
     assert_eq!(model(&remove(cube.clone(), below(ground()))).n_blocks(), over);
-    let told = crate::decks::site(&remove(cube, above(ground()))).selections();
+    let told = crate::decks::built(&remove(cube, above(ground()))).selections();
     assert_eq!((told[0].shape, told[0].blocks, told[0].holds), ("topography", over, None));
 }
 
@@ -418,7 +418,7 @@ fn curved_excavations_say_what_they_hold() {
     rock.fix.push(fix(plane(2, 0.0), "xyz"));
     rock.stage.extend([relax_stage("weight"), relax_stage("tunnel")]);
     let told: Vec<String> =
-        crate::decks::site(&rock).selections().iter().map(ToString::to_string).collect();
+        crate::decks::built(&rock).selections().iter().map(ToString::to_string).collect();
     // π 3.5² 10 = 384.8 of the 23 m long cylinder, 4/3 π 1.2³ = 7.238.
     assert_eq!(
         told,
@@ -430,7 +430,7 @@ fn curved_excavations_say_what_they_hold() {
     // Ranges along the axes of blocks need no report; on rotated blocks they are reported.
     let range = Where { x: Some(Extent::Range([0.0, 2.0])), ..Where::default() };
     let cube = deck([4, 4, 4], [4.0; 3], 1, 0.01);
-    assert!(crate::decks::site(&remove(cube.clone(), range.clone())).selections().is_empty());
-    let told = crate::decks::site(&remove(turned(cube).0, range)).selections();
+    assert!(crate::decks::built(&remove(cube.clone(), range.clone())).selections().is_empty());
+    let told = crate::decks::built(&remove(turned(cube).0, range)).selections();
     assert_eq!(told[0].shape, "box");
 }

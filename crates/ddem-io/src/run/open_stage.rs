@@ -128,7 +128,7 @@ impl Session {
             *progress = Some(running.aside());
             Ok(match status? {
                 Halt::End => StageStatus::Done,
-                Halt::Look => StageStatus::Paused,
+                Halt::Callback => StageStatus::Paused,
                 Halt::Stopped | Halt::Due => StageStatus::Stopped,
             })
         })
@@ -183,7 +183,7 @@ impl Session {
             let fault = Fault::new(
                 ErrorCode::NotSupported,
                 "kind",
-                "a session has no stage that looks for a factor of safety",
+                "a session has no stage that searches for a factor of safety",
             );
             faults
                 .push(fault.help("`Simulation::factor_of_safety` finds that of the present state"));

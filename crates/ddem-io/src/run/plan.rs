@@ -80,7 +80,7 @@ pub(super) fn estimate(simulation: &mut Simulation, stages: &[Stage], plans: &mu
             plan.broken = (step < plan.time_step).then(|| (steps(stage, step), step));
         }
     }
-    let [once, each] = pace(simulation);
+    let [once, each] = step_times(simulation);
     plans.iter_mut().for_each(|plan| plan.seconds = plan.steps as f64 * each);
     plans.iter_mut().take(1).for_each(|plan| plan.seconds += once);
 }
@@ -88,7 +88,7 @@ pub(super) fn estimate(simulation: &mut Simulation, stages: &[Stage], plans: &mu
 /// Extra wall time of the first step, and wall time of each later step, measured over a few steps
 /// `[s]`. The first step includes everything that is done only once, such as joints that fail at
 /// once.
-fn pace(simulation: &mut Simulation) -> [f64; 2] {
+fn step_times(simulation: &mut Simulation) -> [f64; 2] {
     let start = Instant::now();
     if simulation.step().is_err() {
         return [0.0, f64::NAN];

@@ -22,7 +22,7 @@ pub(super) struct Schedule {
     frames: Due,
     energy: Due,
     probes: Vec<Due>,
-    looks: Due,
+    callbacks: Due,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +73,7 @@ impl Schedule {
             frames,
             energy: Due::Every((steps / ENERGY_ROWS).max(1)),
             probes: samplers.iter().map(sample).collect(),
-            looks: Due::End,
+            callbacks: Due::End,
         }
     }
 
@@ -82,18 +82,18 @@ impl Schedule {
             frames: Due::End,
             energy: Due::Every(ENERGY_STEPS),
             probes: samplers.iter().map(|s| Due::Every(s.every_steps)).collect(),
-            looks: Due::End,
+            callbacks: Due::End,
         }
     }
 
-    /// Same schedule with looks at the simulation at an interval `[s]`, if one is given.
-    pub(super) fn looking(self, every: Option<f64>, time_step: f64) -> Self {
-        Self { looks: every.map_or(Due::End, |every| Due::seconds(every, time_step)), ..self }
+    /// Same schedule with callbacks at an interval `[s]`, if one is given.
+    pub(super) fn with_callbacks(self, every: Option<f64>, time_step: f64) -> Self {
+        Self { callbacks: every.map_or(Due::End, |every| Due::seconds(every, time_step)), ..self }
     }
 
     /// True if a look at the simulation is due after one of the steps.
-    pub(super) fn looks(&self, mut steps: RangeInclusive<u64>) -> bool {
-        steps.any(|step| self.looks.at(step))
+    pub(super) fn callbacks(&self, mut steps: RangeInclusive<u64>) -> bool {
+        steps.any(|step| self.callbacks.at(step))
     }
 }
 

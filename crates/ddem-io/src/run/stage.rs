@@ -30,7 +30,7 @@ pub(super) struct Running<'a> {
     stage: &'a Stage,
     pub(super) moved: &'a mut MovedBy,
     pub(super) observer: &'a mut dyn Observer,
-    pace: StageProgress,
+    counters: StageProgress,
 }
 
 /// Progress of a stage, besides the state of its simulation.
@@ -63,17 +63,17 @@ pub(super) enum Halt {
     Stopped,
     /// Enough wall time has passed.
     Due,
-    /// A look at the simulation is due.
-    Look,
+    /// A callback is due.
+    Callback,
 }
 
 impl<'a> Running<'a> {
     /// Running stage, from its start or from a checkpoint.
     ///
-    /// `looks` is the time between looks at the simulation, if there are any `[s]`.
+    /// `callbacks` is the time between callbacks, if there are any `[s]`.
     pub(super) fn new(
         (stage, stages): (&'a Stage, usize),
-        looks: Option<f64>,
+        callbacks: Option<f64>,
         moved: &'a mut MovedBy,
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
@@ -87,11 +87,11 @@ impl<'a> Running<'a> {
                 Schedule::dynamic(stage, samplers, cursor.steps, cursor.time_step)
             }
         };
-        let schedule = schedule.looking(looks, cursor.time_step);
+        let schedule = schedule.with_callbacks(callbacks, cursor.time_step);
         let steps_before = cursor.step.unwrap_or(0);
         let now = Instant::now();
         let off = charges(&moved.simulation).map(|(_, charge)| charge.began.is_some()).collect();
-        let pace = StageProgress {
+        let counters = StageProgress {
             stages,
             schedule,
             aside: None,
@@ -103,7 +103,7 @@ impl<'a> Running<'a> {
             off,
             failure: None,
         };
-        let mut running = Self { stage, moved, observer, pace };
+        let mut running = Self { stage, moved, observer, counters };
         // A run may be interrupted, or a relaxation may be done, before the first step.
         running.recorded(|recorder, simulation, observer| {
             recorder.start(simulation, &stage.name, &mut |event| observer.event(event))
@@ -118,18 +118,18 @@ impl<'a> Running<'a> {
         stage: &'a Stage,
         moved: &'a mut MovedBy,
         observer: &'a mut dyn Observer,
-        mut pace: StageProgress,
+        mut counters: StageProgress,
     ) -> Self {
-        pace.recording += pace.aside.take().map_or(Duration::ZERO, |since| since.elapsed());
-        Self { stage, moved, observer, pace }
+        counters.recording += counters.aside.take().map_or(Duration::ZERO, |since| since.elapsed());
+        Self { stage, moved, observer, counters }
     }
 
-    /// Pauses the stage between two steps, so that a program can look at the simulation.
+    /// Pauses the stage between two steps, so that a program can use the simulation.
     pub(super) fn aside(self) -> StageProgress {
-        StageProgress { aside: Some(Instant::now()), ..self.pace }
+        StageProgress { aside: Some(Instant::now()), ..self.counters }
     }
 
-    /// Continues to the end, to the next look that is due, until the observer stops it, or for at
+    /// Continues to the end, to the next callback that is due, until the observer stops it, or for at
     /// least the given wall time.
     pub(super) fn go(&mut self, at_least: Duration) -> Result<Halt, RunFailure> {
         let start = Instant::now();
@@ -137,21 +137,21 @@ impl<'a> Running<'a> {
             if self.observer.wants_to_stop() {
                 return Ok(Halt::Stopped);
             }
-            let look = match self.step() {
+            let callback = match self.step() {
                 Err(failure) if failure.is_stopped() => return Ok(Halt::Stopped),
-                look => look?,
+                callback => callback?,
             };
             let now = Instant::now();
-            if self.pace.ended || now - self.pace.last_progress >= PROGRESS {
-                self.pace.last_progress = now;
+            if self.counters.ended || now - self.counters.last_progress >= PROGRESS {
+                self.counters.last_progress = now;
                 let progress = self.progress();
                 self.observer.event(Event::Progress(&progress));
             }
-            if self.pace.ended {
+            if self.counters.ended {
                 return Ok(Halt::End);
             }
-            if look {
-                return Ok(Halt::Look);
+            if callback {
+                return Ok(Halt::Callback);
             }
             if now - start >= at_least {
                 return Ok(Halt::Due);
@@ -159,7 +159,7 @@ impl<'a> Running<'a> {
         }
     }
 
-    /// Takes one step and writes the records that are due. Returns true if a look is due.
+    /// Takes one step and writes the records that are due. Returns true if a callback is due.
     fn step(&mut self) -> Result<bool, RunFailure> {
         let (stage, relax) = (self.stage, self.relax());
         let before = self.moved.cursor.step;
@@ -174,17 +174,17 @@ impl<'a> Running<'a> {
             (self.moved.cursor.step.unwrap_or(0), self.moved.cursor.step != before);
         let last = if relax { step } else { self.moved.nominal(relax) };
         let steps = if stepped { first..=last } else { last..=last };
-        let look = stepped && self.pace.schedule.looks(steps.clone());
+        let callback = stepped && self.counters.schedule.callbacks(steps.clone());
         if stepped || end {
             self.record(steps, (end, stepped))?;
         }
-        self.pace.ended = end;
-        Ok(look)
+        self.counters.ended = end;
+        Ok(callback)
     }
 
     /// Writes the records that are due after some steps of the stage, or at its end.
     fn record(&mut self, steps: RangeInclusive<u64>, when: (bool, bool)) -> Result<(), RunFailure> {
-        let schedule = self.pace.schedule.clone();
+        let schedule = self.counters.schedule.clone();
         let at = (self.stage.name.as_str(), steps);
         self.recorded(|recorder, simulation, observer| {
             let tell = &mut |event: Event<'_>| observer.event(event);
@@ -194,11 +194,11 @@ impl<'a> Running<'a> {
 
     /// Ends the stage now, as if its time were over, unless it has ended.
     pub(super) fn end_here(&mut self) -> Result<(), RunFailure> {
-        if self.pace.ended {
+        if self.counters.ended {
             return Ok(());
         }
         let step = self.moved.nominal(self.relax());
-        self.pace.ended = true;
+        self.counters.ended = true;
         self.record(step..=step, (true, false))
     }
 
@@ -210,7 +210,7 @@ impl<'a> Running<'a> {
         }
         let verdict = if over { Some(simulation.verdict()) } else { simulation.decided() };
         if verdict == Some(Verdict::Fails) {
-            self.pace.failure = Some(simulation.collapse());
+            self.counters.failure = Some(simulation.collapse());
         }
         verdict.is_some()
     }
@@ -238,7 +238,7 @@ impl<'a> Running<'a> {
             Err(failure @ (RunError::Collapsed { .. } | RunError::OutOfReach { .. })) => failure,
             Err(error) => return Err(failed(self.stage)(error)),
         };
-        self.pace.failure = Some(failure);
+        self.counters.failure = Some(failure);
         Ok(true)
     }
 
@@ -257,7 +257,7 @@ impl<'a> Running<'a> {
     ) -> Result<(), RunFailure> {
         let start = Instant::now();
         record(&mut self.moved.recorder, &mut self.moved.simulation, self.observer)?;
-        self.pace.recording += start.elapsed();
+        self.counters.recording += start.elapsed();
         Ok(())
     }
 
@@ -268,7 +268,7 @@ impl<'a> Running<'a> {
         let MovedBy { site, simulation, recorder, cursor } = &mut *self.moved;
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
-        let verdict = match &self.pace.failure {
+        let verdict = match &self.counters.failure {
             Some(RunError::Collapsed { .. }) => Verdict::Fails,
             Some(_) => Verdict::Undecided,
             None if relax => Verdict::AtRest,
@@ -307,14 +307,14 @@ impl<'a> Running<'a> {
             energy_imbalance(&energy, cursor.imbalance, self.stage, deck),
             undamped_sliding(simulation, self.stage, cursor),
         ];
-        let detonations = detonations(simulation, &self.pace.off);
+        let detonations = detonations(simulation, &self.counters.off);
         for warning in warnings.into_iter().flatten().chain(detonations) {
             cursor.warn(deck, warning, self.observer);
         }
         self.observer.event(Event::StageDone(&summary));
         cursor.done.push(summary);
         (cursor.step, cursor.seconds) = (None, 0.0);
-        let Some(failure) = self.pace.failure.map(failed(self.stage)) else { return Ok(None) };
+        let Some(failure) = self.counters.failure.map(failed(self.stage)) else { return Ok(None) };
         if self.stage.on_failure == Some(OnFailure::Continue) {
             let at = stage_place(deck, self.stage);
             let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string());
@@ -326,7 +326,7 @@ impl<'a> Running<'a> {
 
     /// Wall time of stepping since this stage began or resumed `[s]`.
     pub(super) fn seconds(&self) -> f64 {
-        self.pace.clock.elapsed().saturating_sub(self.pace.recording).as_secs_f64()
+        self.counters.clock.elapsed().saturating_sub(self.counters.recording).as_secs_f64()
     }
 
     fn relax(&self) -> bool {
@@ -343,13 +343,13 @@ impl<'a> Running<'a> {
         let step = cursor.step.unwrap_or(0);
         let left = if relax { None } else { simulation.steps_left() };
         let steps = left.map_or(cursor.steps, |left| step + left);
-        let here = step - self.pace.steps_before;
+        let here = step - self.counters.steps_before;
         let seconds = self.seconds();
         let rate = if seconds > 0.0 { here as f64 / seconds } else { 0.0 };
         let left = (steps.saturating_sub(step)) as f64 / rate;
         Progress {
             stage: self.stage.name.clone(),
-            stage_index: (cursor.stage, self.pace.stages),
+            stage_index: (cursor.stage, self.counters.stages),
             relax,
             step,
             steps,

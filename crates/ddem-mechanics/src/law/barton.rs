@@ -1,11 +1,11 @@
-//! Barton–Bandis law of rough joints, whose friction angle falls as the normal stress rises.
+//! Barton's law of rough joints, whose friction angle falls as the normal stress rises.
 
 use super::JointLaw;
 
 /// Largest friction angle that roughness can reach `[degrees]`.
 const STEEPEST: f64 = 70.0;
 
-/// Barton–Bandis law with the peak shear strength `σ_n tan(φ_r + JRC log₁₀(JCS/σ_n))`, σ_n the
+/// Barton's law with the peak shear strength `σ_n tan(φ_r + JRC log₁₀(JCS/σ_n))`, σ_n the
 /// compression. The roughness angle is at least 0, and the total angle at most 70°, or φ_r if that
 /// is larger.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -186,7 +186,7 @@ fn an_open_point_bears_nothing_and_forgets_its_stick() {
 }
 
 #[test]
-fn barton_bandis_follows_its_curve() {
+fn barton_follows_its_curve() {
     let law =
         Barton { jrc: 9.0, jcs: 80e6, residual_friction: 28.0, tension: 0.0, tan_dilation: 0.0 };
     for stress in [0.5e6, 2e6, 10e6] {
