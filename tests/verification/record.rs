@@ -133,8 +133,8 @@ enum Part {
     Consistency,
 }
 
-/// Row of a table: its section, its case and its cells.
-type Row = (Part, usize, String);
+/// Row of a table: its section, the number of its case and the name of its test, its cells.
+type Row = (Part, (usize, String), String);
 
 static ROWS: Mutex<Vec<Row>> = Mutex::new(Vec::new());
 
@@ -241,7 +241,9 @@ fn keep(part: Part, case: Case, cells: &str) {
     println!("{row}");
     let order = CASES.iter().position(|c| *c == case).expect("a case of the list");
     let mut rows = ROWS.lock().expect("no check has failed");
-    rows.push((part, order, row));
+    // Tests run side by side: rows of one case are in the order of the names of the tests.
+    let test = std::thread::current().name().unwrap_or_default().to_owned();
+    rows.push((part, (order, test), row));
     if let Some(path) = std::env::var_os("DDEM_VERIFICATION") {
         write(&shared::root("").join(path), &rows);
     }
@@ -315,7 +317,7 @@ const LARGE: &str = include_str!("large.md");
 /// Writes the page of the checks so far.
 fn write(path: &Path, rows: &[Row]) {
     let mut rows = rows.to_vec();
-    rows.sort_by_key(|(part, order, _)| (*part, *order));
+    rows.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
     let mut text = HEAD.to_owned();
     for (part, head) in
         [(Part::Exact, EXACT), (Part::Bound, BOUNDS), (Part::Consistency, CONSISTENCY)]

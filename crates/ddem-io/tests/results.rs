@@ -208,8 +208,8 @@ fn damaged_and_foreign_checkpoints_are_errors() {
         file.attr("version").unwrap().write_scalar(&version).unwrap();
         file.close().unwrap();
         let said = unusable("another version");
-        assert!(said.contains(&format!("format {version}, of {other} of ddem")), "{said}");
-        assert!(said.contains("run again from the start"), "{said}");
+        assert!(said.contains(&format!("format {version}, written by {other} of ddem")), "{said}");
+        assert!(said.contains("run from the start"), "{said}");
     }
 }
 

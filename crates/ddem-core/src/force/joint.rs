@@ -125,9 +125,8 @@ fn fail<S: Simd>(
     work: &mut Workspace,
 ) -> bool {
     let Some(face) = input.face(at) else { return false };
-    if input.pair_context.failure_divisor.is_none()
-        || (broken.is_none() && !any_fails(simd, input, face, work))
-    {
+    let checked = input.pair_context.failure_divisor.is_some();
+    if !checked || (broken.is_none() && !any_fails(simd, input, face, work)) {
         return false;
     }
     let packs = input.moved.packs;
@@ -232,18 +231,17 @@ fn grounds<S: Simd>(
     let Some(FaceLattice { section, .. }) = input.face(at) else { return [None; LANES] };
     let pack = &input.moved.packs.packs[at.pack];
     let part = input.own_part(pack.upper[at.offset], at.pack);
-    let stands = |lane: usize| {
-        part.0[lane] != 0.5
-            && broken.has_failed_in_place(input.pair_context, section, lane, pack.rigid)
-    };
-    let stands: [bool; LANES] = std::array::from_fn(stands);
-    if !input.pair_context.turning || stands == [false; LANES] {
+    let context = input.pair_context;
+    let stands: [bool; LANES] = std::array::from_fn(|lane| {
+        part.0[lane] != 0.5 && broken.has_failed_in_place(context, section, lane, pack.rigid)
+    });
+    if !context.turning || stands == [false; LANES] {
         return [None; LANES];
     }
     let own = part.load(simd).simd_gt(splat(simd, 0.5));
     let [a, b] = blocks;
-    let block = [0, 1, 2].map(|i| [0, 1, 2].map(|j| own.select(a[i][j], b[i][j])));
-    let rows = transposed_product(mean, &block).map(|row| row.map(Lanes::from));
+    let ground = [0, 1, 2].map(|i| [0, 1, 2].map(|j| own.select(a[i][j], b[i][j])));
+    let rows = transposed_product(mean, &ground).map(|row| row.map(Lanes::from));
     std::array::from_fn(|lane| {
         let turned = || Matrix3::from_fn(|i, j| rows[i][j].0[lane]);
         stands[lane].then(|| GroundFrame::new(&turned(), section, lane))
@@ -396,6 +394,6 @@ pub(crate) fn cell_energy<S: Simd>(
 ) -> f64 {
     let n = 3 * at.nodes(input.moved.packs);
     element_forces(simd, input, at, broken, work);
-    let initial_stress_energy = initial_stress_energy(simd, input, at, broken, &work.local[..n]);
-    Lanes::from(half_work(simd, &work.local[..n], &work.g[..n]) + initial_stress_energy).sum()
+    let energy = initial_stress_energy(simd, input, at, broken, &work.local[..n]);
+    Lanes::from(half_work(simd, &work.local[..n], &work.g[..n]) + energy).sum()
 }

@@ -117,7 +117,7 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     own.supports[0] = pack.supports.power(v, reactions);
     let drawn = pack.dashpots.power(v, drags);
     // The kinetic energy uses a velocity as far after the present time as `old` is before it.
-    let previous_step_ratio = splat(simd, motion.previous_step_ratio());
+    let ratio = splat(simd, motion.previous_step_ratio());
     let changes = motion.before != motion.time_step;
     let mut tally = SumsByRow::new(simd, pack.divisions);
     let row = pack.row();
@@ -137,11 +137,7 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
             }
             if trial || changes {
                 let mass = pack.mass[at / 3].load(simd);
-                tally.kinetic(
-                    mass,
-                    old,
-                    if changes { old + previous_step_ratio * (new - old) } else { new },
-                );
+                tally.kinetic(mass, old, if changes { old + ratio * (new - old) } else { new });
                 if changes {
                     tally.change(mass, old, new - old);
                 }
