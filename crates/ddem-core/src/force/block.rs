@@ -33,11 +33,11 @@ pub(crate) fn block<S: Simd>(
         return;
     }
     work.reserve(3 * shape.nodes);
-    let Workspace { planes, local, g, .. } = work;
+    let Workspace { local, g, .. } = work;
     let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
     let initial_stress = input.initial_stress(JointLattice { pack: index, offset: 0 });
     let Some(frames) = input.moved.frames else {
-        force(simd, dims, &table.table, u, g, planes);
+        force(simd, dims, &table.table, u, g);
         if let Some(initial_stress) = initial_stress {
             initial_stress.add(simd, None, g);
         }
@@ -53,7 +53,7 @@ pub(crate) fn block<S: Simd>(
     let rotation = frame.matrix(simd);
     local.copy_from_slice(u);
     turn(simd, &rotation, load(simd, &frame.mean), &table.edges, dims, local);
-    force(simd, dims, &table.table, local, g, planes);
+    force(simd, dims, &table.table, local, g);
     if let Some(initial_stress) = initial_stress {
         initial_stress.add(simd, None, g);
     }
@@ -106,14 +106,14 @@ fn stiffness_damping<S: Simd>(
     let shape = input.moved.packs.shape_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
     let v = &viscous.v[3 * pack.start..3 * (pack.start + shape.nodes)];
-    let Workspace { planes, local, g, du, .. } = work;
+    let Workspace { local, g, du, .. } = work;
     let (g, du) = (&mut g[..v.len()], &mut du[..v.len()]);
     let rotation = input.moved.frames.map(|frames| frames[index].matrix(simd));
     for node in 0..shape.nodes {
         let v = load_at(simd, v, 3 * node);
         store_at(du, 3 * node, rotation.map_or(v, |r| transposed_times(&r, v)));
     }
-    force(simd, shape.dims(0), &table.table, du, g, planes);
+    force(simd, shape.dims(0), &table.table, du, g);
     let beta = splat(simd, viscous.stiffness);
     let torque = over_nodes(simd, shape.divisions, |node| {
         let force = scale(load_at(simd, g, 3 * node), beta);

@@ -80,14 +80,14 @@ fn elements<S: Simd>(
     let shape = input.moved.packs.shape_of(&input.moved.packs.packs[index]);
     let n = 3 * shape.joints[offset].len();
     let dims = shape.dims(offset);
-    let Workspace { planes, local, g, .. } = work;
+    let Workspace { local, g, .. } = work;
     let (local, g) = (&local[..n], &mut g[..n]);
     let table = input.assembly.pack_tables[index][offset];
     let table = input.assembly.tables.get(table as usize).map(|table| &table.table);
     match (table, broken) {
-        (Some(table), None) => force(simd, dims, table, local, g, planes),
+        (Some(table), None) => force(simd, dims, table, local, g),
         (Some(table), Some(broken)) if broken.any_alive => {
-            force_left(simd, dims, table, &broken.alive, local, g, planes);
+            force_left(simd, dims, table, &broken.alive, local, g);
         }
         _ => g.fill(Lanes::ZERO),
     }

@@ -5,7 +5,6 @@ use fearless_simd::{Simd, f64x4};
 use ddem_joint::kinematics::NodePositions;
 use ddem_joint::losses::Losses;
 use ddem_joint::point::PairContext;
-use ddem_mechanics::element::lattice::Planes;
 use ddem_mechanics::math::lanes::{LANES, Lanes, splat};
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::in_situ::{InSitu, InSituLattice};
@@ -42,7 +41,6 @@ pub(crate) struct Input<'a> {
 /// Working space of one task.
 #[derive(Debug, Default)]
 pub(crate) struct Workspace {
-    pub(crate) planes: Planes,
     /// Local displacements of one lattice.
     pub(crate) local: Vec<Lanes>,
     /// Local forces of one lattice.

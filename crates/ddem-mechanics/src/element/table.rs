@@ -17,11 +17,12 @@ pub enum ElementTable {
 pub struct BoxTable {
     /// Normal strains: xx yy zz xy yz zx of a symmetric 3×3.
     pub(super) normal: [Lanes; 6],
-    /// Shear strains in the planes xy, zx, yz: 11, 22, 12 of a symmetric 2×2 each.
+    /// Shear strains in the planes yz, zx, xy: 11, 22, 12 of a symmetric 2×2 each. Here and below the
+    /// axes follow each other cyclically, so that turned axes have turned entries.
     pub(super) shear: [[Lanes; 3]; 3],
     /// Bending, linear in ξ, η, ζ: 11, 22, 12 of a symmetric 2×2 each.
     pub(super) bend: [[Lanes; 3]; 3],
-    /// Twisting: (ξη, z), (ξζ, y), (ηζ, x), as xx yy zz xy yz zx.
+    /// Twisting: (ηζ, x), (ζξ, y), (ξη, z), as xx yy zz xy yz zx.
     pub(super) twist: [Lanes; 6],
     /// Mode ξηζ.
     pub(super) hour: [Lanes; 3],
@@ -61,9 +62,9 @@ impl ElementTable {
             |f: &dyn Fn(usize, usize) -> Lanes, a: usize, b: usize| [f(a, a), f(b, b), f(a, b)];
         Self::Box(Box::new(BoxTable {
             normal: three(&strain, [0, 4, 8]),
-            shear: [two(&strain, 3, 1), two(&strain, 6, 2), two(&strain, 7, 5)],
-            bend: [two(&bend, 1, 5), two(&bend, 0, 8), two(&bend, 3, 7)],
-            twist: three(&bend, [2, 4, 6]),
+            shear: [two(&strain, 7, 5), two(&strain, 2, 6), two(&strain, 3, 1)],
+            bend: [two(&bend, 1, 5), two(&bend, 8, 0), two(&bend, 3, 7)],
+            twist: three(&bend, [6, 4, 2]),
             hour: [hour(0, 0), hour(1, 1), hour(2, 2)],
         }))
     }

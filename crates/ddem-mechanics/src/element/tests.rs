@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Point3, Rotation3, SVector, Vector3};
 use super::Elastic;
 use super::corotation::{mean_rotation, split_torque};
 use super::hex8::{self, ElementStiffness};
-use super::lattice::{Planes, force};
+use super::lattice::force;
 use super::modal::Modal;
 use super::principal;
 use super::table::ElementTable;
@@ -107,7 +107,7 @@ fn check_lattice(modals: [Option<&Modal>; 4], dims: [usize; 3], is_box: bool) {
         .collect();
     let mut g = vec![Lanes::ZERO; n];
     let table = ElementTable::new(modals, is_box);
-    dispatch!(Level::new(), simd => force(simd, dims, &table, &u, &mut g, &mut Planes::default()));
+    dispatch!(Level::new(), simd => force(simd, dims, &table, &u, &mut g));
     for (lane, modal) in modals.iter().enumerate() {
         let mut expected = vec![0.0; n];
         for cell in 0..dims.iter().product() {
