@@ -3,7 +3,7 @@
 use super::energy::closes;
 use super::incline::{G, rate};
 use super::record::Tolerance::{Absolute, Relative};
-use super::record::{Case, at_most, between, check, of};
+use super::record::{Case, at_least, at_most, check, of};
 use super::shared::{Run, edited, example, run};
 
 /// Mass of the block `[kg]`.
@@ -116,7 +116,7 @@ fn topples(case: Case, kind: &str, text: &str, level: f64) {
             let speed = run.last("speed.x").abs();
             at_most(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed);
         } else {
-            between(case, &format!("{what}: falls by [m]"), leans, [0.1, 10.0]);
+            at_least(case, &format!("{what}: falls by [m]"), 0.1, leans);
         }
         closes(case, &format!(", {what}"), &run);
     }

@@ -220,7 +220,7 @@ fn say(failure: &CommandFailure) {
                 "error: `run` is not a command of ddem: run a deck by `ddem {deck}`\n"
             ));
         }
-        CommandFailure::Results(error) => complain(&format!("error: {error}\n")),
+        CommandFailure::Results(error) => complain(&format!("error: {error} [{}]\n", error.code())),
         // The drawing program has already printed the error.
         CommandFailure::Picture(NoPicture::Refused(_)) => {}
         CommandFailure::Picture(error) => complain(&format!("error: {error}\n")),

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use ddem_core::ErrorCode;
 use ddem_io::OutputError;
 use ddem_io::folder::SUMMARY;
 use ddem_io::summary::Summary;
@@ -29,7 +30,7 @@ pub(crate) enum NoResults {
         likely: PathBuf,
     },
     /// No run has completed a stage in the folder.
-    #[error("`{}` holds no {SUMMARY}: no run has ended a stage there", folder.display())]
+    #[error("`{}` has no {SUMMARY}: no run has ended a stage there", folder.display())]
     Nothing {
         /// The folder.
         folder: PathBuf,
@@ -37,6 +38,16 @@ pub(crate) enum NoResults {
     /// The summary cannot be read.
     #[error(transparent)]
     Unreadable(#[from] OutputError),
+}
+
+impl NoResults {
+    /// Code of the error.
+    pub(crate) fn code(&self) -> ErrorCode {
+        match self {
+            Self::Unreadable(error) => error.code(),
+            _ => ErrorCode::ResultsFolder,
+        }
+    }
 }
 
 fn meant(near: Option<&Path>) -> String {

@@ -51,7 +51,7 @@ pub enum MeshError {
         block: usize,
     },
     /// The position of a node is not finite.
-    #[error("node {node} is at {at:?}, which is no place")]
+    #[error("node {node} is at {at:?}, which is not finite")]
     NotFinite {
         /// Number of the node.
         node: u32,

@@ -38,8 +38,7 @@ impl<'py> Callbacks<'py> {
         let none = until.is_none() && callback.is_none();
         let every = match every {
             Some(_) if none => {
-                let message =
-                    "is the time between calls of `until` and `callback`, and there are none";
+                let message = "needs `until` or `callback`, whose calls it spaces";
                 return Err(model_error(py, "every", message, None));
             }
             Some(every) => Some(every.extract().map_err(|error| {

@@ -205,7 +205,7 @@ pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> 
         fault.place = place.strip_prefix("where.").unwrap_or(place).to_owned();
         if fault.place == "where" && fault.message.ends_with("is missing") {
             *fault =
-                Fault::new(ErrorCode::MissingKey, "", "it is not said where").help(where_keys());
+                Fault::new(ErrorCode::MissingKey, "", "no selection is given").help(where_keys());
         }
         fault.help = fault.help.take().map(|help| python_keys(&help));
     }

@@ -149,7 +149,12 @@ impl PyMaterial {
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let (keys, _) = table("materials", keys, &mut |_| {
-            Err(model_error(py, "material", "a material is made of numbers", None))
+            Err(model_error(
+                py,
+                "material",
+                "expected numbers, found a `Material` or `Joint`",
+                None,
+            ))
         })?;
         Ok(Self { keys: read(py, "materials", keys)?, name })
     }

@@ -310,7 +310,12 @@ pub(crate) fn no_matter(matter: &Matter<'_>) -> PyResult<String> {
         Matter::Material(material) => material.py(),
         Matter::Joint(joint) => joint.py(),
     };
-    Err(model_error(py, "", "materials and joints go where the deck has their names", None))
+    Err(model_error(
+        py,
+        "",
+        "a `Material` or `Joint` is allowed only as `material` or `joint`",
+        None,
+    ))
 }
 
 /// A value of a deck as Python's own numbers, texts, lists and dictionaries.

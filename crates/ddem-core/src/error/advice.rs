@@ -38,14 +38,14 @@ pub(super) fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String 
 pub(super) fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>) -> String {
     if let Some(far) = far {
         return format!(
-            ", {far:.0e} m from the origin, where the last digit of a position is {force:.0e} N in its contacts"
+            ", {far:.0e} m from the origin, where rounding of a position causes {force:.0e} N in its contacts"
         );
     }
     let what = joint.map_or_else(String::new, |(name, thickness)| match thickness {
         0.0 => format!(" with its springs of joint `{name}`"),
         _ => format!(" with its joint `{name}`, {thickness:e} m thick"),
     });
-    format!("{what}, where the last digit of a displacement is {force:.0e} N")
+    format!("{what}, where rounding of a displacement causes {force:.0e} N")
 }
 
 /// Change to a joint, or to the position of the model, that would reduce the ratio by a factor of

@@ -4,9 +4,11 @@
 //! decks. A problem itself finds the rigid motions that its supports leave free, and the boundaries
 //! that supports hold.
 
+mod build_error;
 mod builder;
 
-pub use builder::{BuildError, ProblemBuilder};
+pub use build_error::BuildError;
+pub use builder::ProblemBuilder;
 
 pub use crate::model::boundary::{
     Boundaries, Column, ColumnBuilder, ModelBoundary, NoColumn, Resistance, SideNode, impedance,

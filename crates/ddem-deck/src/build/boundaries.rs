@@ -49,8 +49,8 @@ pub(super) fn idle(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) 
                         ),
                     )
                     .help(
-                        "`until` ends the fix at the start of the stage from which (`from`) the \
-                         boundary is there; its reactions then act as constant forces",
+                        "set `until` of the fix to the stage in `from` of the boundary; its reactions then \
+                         act as constant forces",
                     ),
                 );
             }

@@ -188,7 +188,7 @@ fn without_walls(
         let removed = |node: &u32| geometry.is_removed(geometry.locate(*node as usize).0);
         charged.charge.nodes.iter().any(removed)
     })?;
-    let message = format!("blocks that it pushes are taken out in stage `{}`", stage.name);
+    let message = format!("stage `{}` removes blocks that this charge pushes", stage.name);
     let help = format!("`until = \"{}\"` ends it in time", stage.name);
     Some(Fault::new(ErrorCode::NotSupported, format!("charge[{index}]"), message).help(help))
 }

@@ -73,13 +73,8 @@ fn in_sets<'a>(
         );
     } else if region.side.is_some() && sets.len() > 1 {
         let sets = sets.len();
-        let message = format!("`side` is that of one set, and the deck has {sets}");
-        faults.add_help(
-            ErrorCode::MissingKey,
-            format!("{at}.side"),
-            message,
-            "name the set with `set = …` beside it",
-        );
+        let message = format!("`side` needs `set`: the deck has {sets} sets");
+        faults.add_help(ErrorCode::MissingKey, format!("{at}.side"), message, "add `set = …`");
     }
 }
 
@@ -270,7 +265,7 @@ fn surface(place: &str, (path, triangles): (&str, Option<&Triangles>), faults: &
             ErrorCode::InvalidFile,
             place,
             message,
-            "close it in the program that wrote it: what is inside has to be known",
+            "close the surface in the program that wrote it",
         );
     }
 }

@@ -364,7 +364,7 @@ fn sides_of_sets() {
     assert_eq!(of("b").nodes(&model).unwrap(), at(13.0).nodes(&model).unwrap());
     refused(
         &remove(two, side(Side::HighX)),
-        &["remove[0].where.side", "`side` is that of one set, and the deck has 2", "set = …"],
+        &["remove[0].where.side", "`side` needs `set`: the deck has 2 sets", "set = …"],
     );
 }
 

@@ -246,7 +246,9 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
         }
         let steps = stage.duration.unwrap_or(0.0) / critical;
         if steps > MOST_STEPS {
-            let message = format!("takes {steps:.1e} steps of the critical {critical:.3e} s");
+            let message = format!(
+                "the stage needs {steps:.1e} steps of the critical time step, {critical:.3e} s"
+            );
             faults.push(
                 Fault::new(ErrorCode::TooLarge, format!("stage[{index}].duration"), message)
                     .help("is the duration in seconds?"),

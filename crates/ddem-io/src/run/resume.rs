@@ -117,9 +117,11 @@ impl Resumed {
     pub(super) fn simulation(&self, model: Model, simd: Simd) -> Result<Simulation, RunFailure> {
         let computed = &self.progress.computed;
         if computed != model.computed() {
-            let by = "as the program that saved it had set it; a deck cannot hold that";
-            let computed = computed.join(", ");
-            return Err(wrong(&self.path, format!("the model must have `{computed}` {by}")));
+            let computed = computed.join("`, `");
+            let message = format!(
+                "the program that saved it computed `{computed}`, which a deck cannot do: resume it in that program"
+            );
+            return Err(wrong(&self.path, message));
         }
         let restored = Simulation::restore(model, simd, &self.state);
         restored.map_err(|error| wrong(&self.path, error.to_string()))

@@ -170,17 +170,13 @@ impl fmt::Display for StageSummary {
             if let [_, Some(unstable)] = self.bracket.unwrap_or_default() {
                 let trial =
                     if undecided(&self.trials, Some(unstable)) { "undecided" } else { "failing" };
-                line(
-                    f,
-                    "frames",
-                    &format!("of the {trial} trial, strengths / {unstable:.4}, in which move"),
-                )?;
+                line(f, "frames", &format!("of the {trial} trial, strengths / {unstable:.4}"))?;
             }
             moving(f, &self.moving)?;
             line(
                 f,
                 "verdict",
-                &format!("{}; below, the state that the search started from:", self.verdict),
+                &format!("{}; the lines below are of the start of the search", self.verdict),
             )?;
         } else {
             line(f, "verdict", &self.verdict.to_string())?;

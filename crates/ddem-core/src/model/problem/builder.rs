@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::build_error::BuildError;
 use super::{Problem, Set, Sets, StartMotion};
 use crate::model::boundary::Boundaries;
 use crate::model::conditions::{Conditions, LoadPattern, SupportGroup};
@@ -17,65 +18,6 @@ use ddem_mesh::{
     BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, NonconformingJoint, Stages,
     Topology, Vec3, bounds,
 };
-
-/// Fault of a problem that is built from arrays.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum BuildError {
-    /// Fault of the mesh.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
-    /// A number that refers to nothing.
-    #[error("there is no {what} {number}: there are {count}, from 0")]
-    Missing {
-        /// Kind of item.
-        what: &'static str,
-        /// Number that was given.
-        number: usize,
-        /// Number of existing items.
-        count: usize,
-    },
-    /// Four nodes that do not lie on one face of a block.
-    #[error("nodes {quad:?} are no part of a face of a block")]
-    NoFace {
-        /// The four nodes.
-        quad: [u32; 4],
-    },
-    /// Two faces that a joint cannot join.
-    #[error("blocks {blocks:?} cannot be joined by joint `{joint}`: {why}")]
-    NoJoint {
-        /// The two blocks.
-        blocks: [usize; 2],
-        /// Name of the joint.
-        joint: String,
-        /// Reason.
-        why: String,
-    },
-    /// More items than 16-bit numbers can count; one of these numbers means none.
-    #[error("there are {count} {what}: {} are the most", u16::MAX)]
-    TooMany {
-        /// Kind of item.
-        what: &'static str,
-        /// Number of items.
-        count: usize,
-    },
-    /// A joint law with numbers that springs cannot have.
-    #[error("the law of joint `{joint}`: {why}")]
-    Law {
-        /// Name of the joint.
-        joint: String,
-        /// Reason.
-        why: String,
-    },
-    /// A node of a rigid block that is not one of its corners.
-    #[error("node {node} is inside of rigid block {block}, of which only the corners are nodes")]
-    InRigid {
-        /// Number of the node.
-        node: u32,
-        /// Number of the block.
-        block: usize,
-    },
-}
 
 /// A joint between two faces of blocks.
 #[derive(Clone, Copy, Debug)]
@@ -359,11 +301,11 @@ impl ProblemBuilder {
         let properties = &self.properties.joints[usize::from(joint)];
         let sides = [0, 1].map(|side| BlockFace { block: blocks[side], face: faces[side] });
         let Some(rest) = geometry.opposed(sides) else {
-            return Err(refuse("the faces do not look at each other"));
+            return Err(refuse("the faces do not face each other"));
         };
         let range = [-properties.thickness, f64::INFINITY];
         let Some(overlap) = geometry.face_overlap(blocks, &rest, range) else {
-            return Err(refuse("the faces do not lie on each other"));
+            return Err(refuse("the faces do not overlap"));
         };
         let misses = geometry.misses(blocks);
         if overlap.gap > misses && (overlap.gap - properties.thickness).abs() > misses {

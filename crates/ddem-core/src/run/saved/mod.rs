@@ -9,6 +9,7 @@ use std::io::{self, Write};
 
 use serde::{Deserialize, Serialize};
 
+use crate::error::ErrorCode;
 use crate::model::Model;
 use crate::model::stage::Damping;
 use crate::run::Simulation;
@@ -31,8 +32,8 @@ pub struct Saved {
 pub enum RestoreError {
     /// Another version of the program wrote the state.
     #[error(
-        "its state has format {found}, and this version of ddem reads format {FORMAT}: go on with the version that wrote \
-         it, or run again from the start"
+        "the saved state has format {found}; this version of ddem reads format {FORMAT}: resume with the version that wrote \
+         it, or run from the start"
     )]
     Format {
         /// Number of its encoding.
@@ -57,6 +58,17 @@ pub enum RestoreError {
 }
 
 crate::debug_as_display!(RestoreError);
+
+impl RestoreError {
+    /// Code of the error.
+    #[must_use]
+    pub fn code(&self) -> ErrorCode {
+        match self {
+            Self::Format { .. } | Self::Model { .. } => ErrorCode::CheckpointMismatch,
+            Self::Damaged { .. } => ErrorCode::InvalidFile,
+        }
+    }
+}
 
 impl From<postcard::Error> for RestoreError {
     fn from(error: postcard::Error) -> Self {

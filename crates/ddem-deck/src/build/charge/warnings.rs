@@ -113,7 +113,7 @@ pub(super) fn of_joints(
     };
     if hole && let Some(block) = holes.blocks_near(region).find(inside) {
         let message = format!(
-            "there is no cavity: the block at {} is there, and the charge pushes {joints} joints apart",
+            "no cavity is found: there is a block at {}, and the charge acts on {joints} joints",
             place(geometry.centre(block))
         );
         let help = "a `[[remove]]` makes the hole";
