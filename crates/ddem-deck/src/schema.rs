@@ -2,8 +2,8 @@
 //!
 //! A deck names materials, joints and stages by strings and gives angles in degrees, as a user
 //! writes them. `reader` reads it from TOML; Rust programs can build it directly. [`Deck::build`]
-//! checks every value and turns the deck into a model. `check` finds the mistakes that the deck
-//! alone shows. The types here hold data only; the model is computed elsewhere.
+//! checks every value and turns the deck into a model. `check` finds mistakes from the deck alone.
+//! The types here hold data only; the model is computed elsewhere.
 
 mod blocks;
 mod charge;
@@ -68,13 +68,13 @@ pub struct Deck {
     /// Joints by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub joints: BTreeMap<String, Joint>,
-    /// Sets of blocks, one lattice each.
+    /// Sets of blocks, each a lattice or a mesh.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub blocks: Vec<BlockSet>,
     /// Other joints or materials for a part of the model; later entries win.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assign: Vec<Assign>,
-    /// Blocks taken out.
+    /// Removed blocks.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub remove: Vec<Remove>,
     /// Blocks split into smaller ones.
@@ -86,13 +86,13 @@ pub struct Deck {
     /// Loads.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub load: Vec<Load>,
-    /// Charges of explosive.
+    /// Explosive charges.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub charge: Vec<Charge>,
     /// Non-reflecting boundaries.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub boundary: Vec<Boundary>,
-    /// The state at the start.
+    /// Initial state.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub initial: Vec<Initial>,
     /// Stages, in order.
@@ -107,8 +107,8 @@ pub struct Deck {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ModelTable {
-    /// Search for contacts between blocks; default `true` if there are several sets of blocks or a joint
-    /// that can fail.
+    /// Search for contacts between blocks; default `true` if there are several sets of blocks or a
+    /// joint that can fail.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact: Option<bool>,
     /// Acceleration of gravity in all stages `[m/s²]`; default `[0, 0, 0]`.

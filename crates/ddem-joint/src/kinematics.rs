@@ -1,5 +1,5 @@
-//! §3: displacements of the cells of a joint as seen from its own frame, which turns with the
-//! bodies that it joins.
+//! Displacements of the cells of a joint in the joint's frame, which rotates with the adjacent
+//! blocks (§3, §4).
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
@@ -21,8 +21,9 @@ pub struct NodePositions<'a> {
     pub frames: Option<&'a [Frame]>,
 }
 
-/// Local displacements of the nodes of a joint lattice, and its rotation if there is one.
-/// `edges` are those of one of its elements.
+/// Writes the displacements of the nodes of a joint lattice, in the joint's frame, to `local`.
+/// Returns the rotation of the frame; `None` for small displacements. `edges` are the edges of one
+/// element.
 #[simd]
 pub fn joint_displacements<S: Simd>(
     simd: S,
@@ -55,7 +56,7 @@ pub fn joint_displacements<S: Simd>(
     Some(rotation)
 }
 
-/// Rotations of the two bodies of a face joint.
+/// Rotations of the two blocks of a face joint; `None` for small displacements.
 #[inline(always)]
 pub fn rotations<S: Simd>(
     simd: S,
@@ -69,7 +70,7 @@ pub fn rotations<S: Simd>(
     Some([frames[index].matrix(simd), [load(simd, x), load(simd, y), load(simd, z)]])
 }
 
-/// Turns displacements of a lattice into those seen from a turned frame, up to a constant:
+/// Converts displacements of a lattice to those in a rotated frame, up to a constant:
 /// `ũ = Rᵀ(u − ū) + (Rᵀ − 1) X`.
 #[inline(always)]
 pub fn turn<S: Simd>(
@@ -80,7 +81,8 @@ pub fn turn<S: Simd>(
     dims: [usize; 3],
     local: &mut [Lanes],
 ) {
-    // (Rᵀ − 1) h_d, and how many of them lie between the centre and line i.
+    // Change (Rᵀ − 1) h_d of each edge, and half the number of elements along it: line i is i minus
+    // that many edges from the centre.
     let change = minus_one(simd, rotation);
     let [x, y, z] = edges;
     let edges = [
@@ -108,11 +110,12 @@ pub fn turn<S: Simd>(
 /// Storage of the neighbours' nodes at one offset.
 #[derive(Clone, Copy)]
 enum NeighbourNodes {
-    /// The pack itself: its first number.
+    /// The pack itself: index of its first displacement.
     Own { first: usize },
-    /// Four lanes of one pack, in order.
+    /// Four lanes of one pack, in order: the pack and the index of its first displacement.
     Aligned { pack: usize, first: usize },
-    /// Anywhere: for each lane pack, first number and lane; the owner where there is nobody.
+    /// Any lanes: pack, index of its first displacement, and lane of each; the own block if there
+    /// is no neighbour.
     Scattered { packs: [usize; LANES], first: [usize; LANES], lanes: [usize; LANES] },
 }
 
@@ -169,9 +172,9 @@ impl NeighbourNodes {
     }
 }
 
-/// §8, eq. (1): between rigid blocks the pairs are at the centres of the quarters of a face. Displacements of
-/// the corners become those of these points; forces on these points become those on the corners,
-/// by the same weights, 9/16, 3/16, 3/16 and 1/16.
+/// Converts displacements of the corners of a face to those at the centres of its quarters. Pairs
+/// between rigid blocks lie there (§8, eq. (1)). Forces at these points are converted to the
+/// corners by the same weights, 9/16, 3/16, 3/16 and 1/16.
 #[simd]
 pub fn to_quarters<S: Simd>(simd: S, node_pairs: Option<&[NodePair]>, field: &mut [Lanes]) {
     let Some(node_pairs) = node_pairs else { return };

@@ -1,7 +1,10 @@
-//! Joints of ddem that break, slide and open, and blocks that meet, at positions that are given.
+//! Joints and contacts at given positions: failure, sliding and opening of joints, and forces of
+//! blocks in contact.
 //!
-//! [`point`] has the pair of points that all of them are made of. [`broken`] are joints of lattices, four side by side, [`contact`]
-//! joints between other faces and contacts, [`kinematics`] the frames of joints. The crate `ddem-core` moves the blocks.
+//! [`point`] has the pair of points that joints and contacts consist of. [`broken`] has the joints
+//! of lattices, in groups of four. [`contact`] has nonconforming joints and contacts.
+//! [`kinematics`] has the frames of joints, and [`losses`] their energy losses. The crate
+//! `ddem-core` moves the blocks.
 
 pub mod broken;
 pub mod contact;

@@ -1,24 +1,24 @@
-//! Energy that joints and contacts lose.
+//! Energy losses of joints and contacts.
 
 use ddem_mechanics::law::PointLoss;
 use ddem_mechanics::math::exact::ExactSum;
 
-/// Losses of the joints of one pack or of contacts, and how many pairs failed.
+/// Losses of the joints of one pack or of contacts, and numbers of failed pairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Losses {
-    /// To friction `[J]`.
+    /// Energy dissipated by friction `[J]`.
     pub friction: f64,
-    /// To fracture `[J]`.
+    /// Energy dissipated by fracture `[J]`.
     pub fracture: f64,
-    /// Numerical loss where contacts form, part and change their points `[J]`.
+    /// Numerical loss when contacts form, part and change their points `[J]`.
     pub contact: f64,
-    /// To the dashpots of contacts `[J]`.
+    /// Energy dissipated by the dashpots of failed pairs and contacts `[J]`.
     pub damping: f64,
-    /// Pairs that failed in shear and in tension.
+    /// Numbers of pairs that failed in shear and in tension.
     pub failed: [u64; 2],
 }
 
-/// Sum of losses over packs or contacts, in whatever order.
+/// Sum of losses over packs or contacts; it does not depend on their order.
 #[derive(Clone, Debug, Default)]
 pub struct LossSums {
     sums: [ExactSum; 4],
@@ -39,7 +39,7 @@ impl LossSums {
         self
     }
 
-    /// The sum.
+    /// Total losses.
     pub fn total(&self) -> Losses {
         let [friction, fracture, contact, damping] = self.sums.each_ref().map(ExactSum::value);
         Losses { friction, fracture, contact, damping, failed: self.failed }
@@ -55,7 +55,7 @@ impl<'a> FromIterator<&'a Losses> for LossSums {
 }
 
 impl Losses {
-    /// Adds the loss of a point that stands for an area `[m²]`.
+    /// Adds the losses of a point with a tributary area `[m²]`.
     pub(super) fn add_point(&mut self, area: f64, loss: PointLoss) {
         self.friction += area * loss.friction;
         self.fracture += area * loss.fracture;
@@ -63,7 +63,7 @@ impl Losses {
         self.damping += area * loss.damping;
     }
 
-    /// Adds what others have lost.
+    /// Adds other losses.
     pub fn add(&mut self, more: &Self) {
         self.friction += more.friction;
         self.fracture += more.fracture;

@@ -1,4 +1,4 @@
-//! §5: one pair of points of a joint, bonded, failed, sliding or open; whichever faces the joint is between.
+//! A pair of points of a joint or a contact: bonded, failed, sliding or open (§5).
 
 use std::sync::Arc;
 
@@ -11,27 +11,28 @@ use ddem_mechanics::law::{
     FailureMode, JointLaw, Opening, PointLoss, PointState, SpringStiffness, Traction,
 };
 
-/// Part of the spacing of its pairs that a failed pair has slid or opened when all others of its joint
-/// fail with it: the joint has turned about them, farther than pairs of points can follow.
+/// Slip or opening of a failed pair, as a fraction of the spacing of pairs, beyond which the
+/// remaining bonded pairs fail too: the joint has rotated too far for node pairs.
 const TURNED: f64 = 0.5;
 
-/// A pair of points that a joint holds, or held, or that two blocks in contact have.
+/// A pair of points of a joint, also of a released one, or of two blocks in contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct JointPoint {
-    /// Area that its springs stand for `[m²]`; 0 where elements bear all, and once a contact does.
+    /// Tributary area of the springs `[m²]`; 0 if elements or a contact carry the load.
     pub area: f64,
-    /// From the point on side a to that on side b where the springs bear nothing, along the joint's own axes `[m]`.
+    /// Position of side b relative to side a at which the springs carry nothing, along the joint's
+    /// own axes `[m]`. In lattices it is a displacement from the position at rest.
     pub origin: Vector3<f64>,
-    /// `None` while it is bonded; points of contacts never were.
+    /// Failure; `None` for bonded pairs and for points of contacts.
     pub failure: Option<PairFailure>,
-    /// Of the springs.
+    /// State of the springs.
     pub state: PointState,
 }
 
 /// Failure of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PairFailure {
-    /// In shear or in tension.
+    /// Failure mode.
     pub mode: FailureMode,
     /// Time of failure `[s]`.
     pub time: f64,
@@ -40,24 +41,27 @@ pub struct PairFailure {
 /// Context of one pass over the pairs of joints.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PairContext<'a> {
-    /// Pairs fail whose traction, divided by this, is still beyond their strength; `None`: none.
+    /// Divisor of the tractions in the check for failure. Pairs whose divided traction still
+    /// exceeds their strength fail; `None`: no pair fails.
     pub failure_divisor: Option<f64>,
-    /// True if joints that have turned about their bonded pairs release them: a contact takes over.
+    /// True if joints that have rotated release their bonded pairs, so that contacts can replace
+    /// the joints.
     pub turning: bool,
-    /// Slip goes on from the last equilibrium, not from the last step.
+    /// True if slip continues from the last equilibrium, not from the last step.
     pub relaxing: bool,
-    /// Failed pairs and contacts have no dashpots now.
+    /// True if failed pairs and contacts have no dashpots.
     pub undamped: bool,
     /// Present time `[s]`.
     pub time: f64,
-    /// Time since the last look, 0 in relaxation, none in the first half step of a stage `[s]`.
+    /// Time since the last evaluation `[s]`: 0 in relaxation, `None` in the first half step of a
+    /// stage.
     pub time_step: Option<f64>,
-    /// Laws of the joints.
+    /// Laws of the joints, by their number.
     pub laws: &'a [Option<Arc<dyn JointLaw>>],
 }
 
 impl<'a> PairContext<'a> {
-    /// A law by its number; `None`: the joint never fails.
+    /// Law with a number; `None`: the joint never fails.
     #[inline]
     pub fn law(&self, number: u16) -> Option<&'a dyn JointLaw> {
         self.laws.get(usize::from(number))?.as_deref()
@@ -71,7 +75,9 @@ impl<'a> PairContext<'a> {
 }
 
 impl JointPoint {
-    /// Mode in which a bonded pair fails under a traction; in shear, too, if its joint has `turned`.
+    /// Mode in which a bonded pair fails under a traction; `None` if it does not fail. If its joint
+    /// has `turned`, a pair with cohesion or tension that can carry the traction also fails, in
+    /// shear.
     pub(super) fn fails<L: JointLaw + ?Sized>(
         &self,
         law: &L,
@@ -84,7 +90,7 @@ impl JointPoint {
         failure.or((turned && law.bonds()).then_some(FailureMode::Shear))
     }
 
-    /// Lets a bonded pair fail under a traction. Returns true if it fails now.
+    /// Marks a bonded pair as failed if it fails under a traction. Returns true if it does.
     pub(super) fn fail<L: JointLaw + ?Sized>(
         &mut self,
         law: &L,
@@ -101,13 +107,14 @@ impl JointPoint {
         mode.is_some()
     }
 
-    /// The law begins where the springs bear a traction over a gap `[m]`.
+    /// Starts the law at a traction and a gap `[m]`.
     pub(super) fn begin(&mut self, traction: Traction, gap: f64) {
         self.state = PointState { traction, gap, ..PointState::default() };
     }
 
-    /// Tractions of the springs where the sides are `apart`, by a law or, without one, elastic; returns what is lost
-    /// `[J/m²]`. `du` is how the sides moved in the last step, of a pair that has just failed.
+    /// Updates the tractions of the springs for the vector `apart` between the sides. Without a law
+    /// they are elastic. Returns the losses `[J/m²]`. `du` is the displacement increment of the
+    /// last step; it is given for a pair that has just failed.
     #[inline(always)]
     pub(super) fn update<L: JointLaw + ?Sized>(
         &mut self,
@@ -130,33 +137,33 @@ impl JointPoint {
         loss
     }
 
-    /// Elastic tractions where the sides are `apart` `[Pa]`.
+    /// Elastic tractions for the vector `apart` between the sides `[Pa]`.
     pub(super) fn elastic(&self, stiffness: SpringStiffness, apart: Vector3<f64>) -> Traction {
         elastic(stiffness, apart - self.origin)
     }
 
-    /// Takes the present state for an equilibrium, if it knows none.
+    /// Stores the present state as equilibrium if none is stored.
     pub(super) fn set_equilibrium(&mut self) {
         if self.state.equilibrium.is_none() {
             self.state.set_equilibrium();
         }
     }
 
-    /// Takes the springs out, for good. How far it has slid and opened stays.
+    /// Removes the springs permanently. Slip and opening remain.
     pub fn remove_springs(&mut self) {
         self.area = 0.0;
         self.state.traction = Traction::default();
         (self.state.drag, self.state.account) = ([0.0; 2], 0.0);
     }
 
-    /// Energy that it has given and not taken: its account below nothing `[J]`.
+    /// Negative account: energy returned in excess `[J]`, at most 0.
     pub(super) fn debt(&self) -> f64 {
         self.area * self.state.account.min(0.0)
     }
 }
 
-/// True where one of the failed pairs of a joint has gone so far from its partner that the joint has turned about
-/// the others, whose spacing is given `[m]`.
+/// True if a failed pair of a joint has slid or opened so far that the joint has rotated about its
+/// bonded pairs. `spacing` is the spacing of the pairs `[m]`.
 pub fn turned<'a>(points: impl IntoIterator<Item = &'a JointPoint>, spacing: f64) -> bool {
     let mut failed = points.into_iter().filter(|point| point.failure.is_some());
     failed.any(|JointPoint { state, .. }| state.gap.max(state.slip.norm()) > TURNED * spacing)
@@ -166,12 +173,12 @@ fn elastic(stiffness: SpringStiffness, own: Vector3<f64>) -> Traction {
     Traction { normal: stiffness.normal * own.x, shear: own.yz() * stiffness.shear }
 }
 
-/// Parts of a vector along the joint's own axes: along the normal and in the plane.
+/// Normal and shear components of a vector along the joint's own axes.
 pub(super) fn split(v: Vector3<f64>) -> Traction {
     Traction { normal: v.x, shear: v.yz() }
 }
 
-/// A vector along the joint's own axes from its part along the normal and that in the plane.
+/// Vector along the joint's own axes with given normal and shear components.
 pub fn joined(normal: f64, shear: Vector2<f64>) -> Vector3<f64> {
     Vector3::new(normal, shear.x, shear.y)
 }

@@ -33,16 +33,16 @@ pub struct BlockSet {
     pub divisions: u32,
     /// Name of the material; needed.
     pub material: String,
-    /// Name of the joint between the blocks, or one for each normal, `{ x = …, y = …, z = … }`; needed
-    /// for more than one block.
+    /// Name of the joint between the blocks, or one for each normal, `{ x = …, y = …, z = … }`;
+    /// needed for more than one block.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<JointChoice>,
     /// Kind of the blocks, `"deformable"` or `"rigid"`; default `"deformable"`.
     pub body: Body,
     /// Directions of the three edges, right-handed, of any length; default the coordinate axes.
     pub axes: [[f64; 3]; 3],
-    /// Dip of the joints that cut the third edge, from 0 to 90, instead of `axes` `[degrees]`; default
-    /// none.
+    /// Dip of the joints that cut the third edge, from 0 to 90, instead of `axes` `[degrees]`;
+    /// default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dip: Option<f64>,
     /// Direction of that dip, clockwise from north, y, from 0 to 360 `[degrees]`; default none.
@@ -124,7 +124,7 @@ pub struct BlockMesh {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MeshJoint {
-    /// Four nodes on each of the two faces, as those of a hexahedron there.
+    /// The four nodes that one hexahedron has on each of the two faces.
     pub faces: [[u32; 4]; 2],
     /// Name of the joint.
     pub joint: String,
@@ -134,33 +134,33 @@ pub struct MeshJoint {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Edges {
-    /// Along the first edge.
+    /// Cuts along the first edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<Vec<f64>>,
-    /// Along the second edge.
+    /// Cuts along the second edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<Vec<f64>>,
-    /// Along the third edge.
+    /// Cuts along the third edge.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub z: Option<Vec<f64>>,
 }
 
-/// The joints of a set: one for all, or by the edge that the joint's plane cuts.
+/// Joints of a set: one for all planes, or one for each edge that the planes cut.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 #[schemars(deny_unknown_fields)]
 pub enum JointChoice {
     /// One joint on all planes.
     All(String),
-    /// One for each direction of the normal.
+    /// One joint for each direction of the normal.
     ByNormal {
-        /// Planes that cut the first edge.
+        /// Joint on the planes that cut the first edge.
         #[serde(skip_serializing_if = "Option::is_none")]
         x: Option<String>,
-        /// Planes that cut the second edge.
+        /// Joint on the planes that cut the second edge.
         #[serde(skip_serializing_if = "Option::is_none")]
         y: Option<String>,
-        /// Planes that cut the third edge.
+        /// Joint on the planes that cut the third edge.
         #[serde(skip_serializing_if = "Option::is_none")]
         z: Option<String>,
     },
@@ -173,7 +173,8 @@ pub enum Body {
     /// Meshed with hex8 elements.
     #[default]
     Deformable,
-    /// Six degrees of freedom (§8): eight corners that move together, joints in four pairs.
+    /// Six degrees of freedom: the eight corners move together, and joints have four pairs
+    /// (docs/method.md, §8).
     Rigid,
 }
 
@@ -206,7 +207,7 @@ pub struct Remove {
     /// Blocks to remove, by their centroid.
     #[serde(rename = "where")]
     pub region: Where,
-    /// Stage at whose start they are removed; default never there.
+    /// Stage at whose start they are removed; default none: never in the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
     /// Not allowed: removed blocks do not return.

@@ -1,4 +1,4 @@
-//! Charges of explosive.
+//! Explosive charges.
 
 use std::fmt;
 
@@ -9,9 +9,10 @@ use serde::{Deserialize, Deserializer, Serialize};
 
 use super::{History, Where, forms};
 
-/// A charge: gas that pushes the walls of a cavity apart, or the two sides of joints (§10).
+/// A charge: gas that pushes the walls of a cavity, or the two sides of joints, apart
+/// (docs/method.md, §11).
 ///
-/// Exactly one of `mass` (with `explosive`) and `pressure`.
+/// Give exactly one of `mass` (with `explosive`) and `pressure`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Charge {
@@ -21,8 +22,8 @@ pub struct Charge {
     /// Mass of the explosive `[kg]`; needed without `pressure`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,
-    /// Explosive: `"tnt"`, `"anfo"`, `"emulsion"`, or `{ density, detonation_velocity, gamma }` in kg/m³
-    /// and m/s; needed with `mass`.
+    /// Explosive: `"tnt"`, `"anfo"`, `"emulsion"`, or `{ density, detonation_velocity, gamma }` in
+    /// kg/m³ and m/s; needed with `mass`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub explosive: Option<Explosive>,
     /// Peak pressure `[Pa]`; needed without `mass`.
@@ -31,11 +32,12 @@ pub struct Charge {
     /// Adiabatic index of the gas of a given `pressure`; needed with `"gas"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gamma: Option<f64>,
-    /// Decrease of the pressure: `"gas"`, as the cavity grows, or a factor in time; default `"gas"` with
-    /// `mass`, constant with `pressure`.
+    /// Decrease of the pressure: `"gas"`, as the cavity grows, or a factor in time; default `"gas"`
+    /// with `mass`, constant with `pressure`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub history: Option<ChargeHistory>,
-    /// Time of detonation after the start of the stage `from`, otherwise of the run `[s]`; default 0.
+    /// Time of detonation after the start of the stage `from`, otherwise of the run `[s]`;
+    /// default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub delay: Option<f64>,
     /// Stage at whose start the entry comes into force; default the first.
@@ -46,13 +48,13 @@ pub struct Charge {
     pub until: Option<String>,
 }
 
-/// An explosive, by its name or by its numbers.
+/// An explosive, given by its name or by its properties.
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Explosive {
-    /// One of the table in `docs/method.md`.
+    /// Name in the table of docs/method.md, §11.
     Named(String),
-    /// Of your own.
+    /// Properties of another explosive.
     Given(Detonation),
 }
 
@@ -72,9 +74,9 @@ pub struct Detonation {
 #[derive(Clone, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ChargeHistory {
-    /// By the present volume of the cavity.
+    /// Pressure that depends on the present volume of the cavity.
     Gas(GasWord),
-    /// By the time since it went off.
+    /// Factor on the pressure, by the time since detonation.
     Given(History),
 }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{History, Where, forms};
 
-/// A support: the named axes of the selected nodes stand still, or move as prescribed.
+/// A support: holds the selected nodes along the given axes, or moves them as prescribed.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fix {
@@ -36,7 +36,7 @@ pub struct Fix {
     pub until: Option<String>,
 }
 
-/// A load: exactly one of `traction`, `pressure`, `line` and `force`.
+/// A load. Give exactly one of `traction`, `pressure`, `line` and `force`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Load {
@@ -71,18 +71,19 @@ pub struct Load {
     pub until: Option<String>,
 }
 
-/// A non-reflecting boundary: waves leave the model as if the rock continued there (§10).
+/// A non-reflecting boundary: waves leave the model as if the rock continued there (docs/method.md,
+/// §10).
 ///
-/// It does nothing at rest, and in relax stages. Where a `[[fix]]` on the same nodes ends, the forces
-/// with which it has held them go on as constant ones for as long as the boundary is there.
+/// If a `[[fix]]` on the same nodes ends, its last reactions remain as constant forces as long as
+/// the boundary is in force. Apart from that the boundary does nothing at rest and in relax stages.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
     /// Outer faces of deformable blocks; default all.
     #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
-    /// Kind: `"viscous"`, absorbing dashpots, or `"free-field"`, for upright sides of a model that is
-    /// shaken from below.
+    /// Kind: `"viscous"`, absorbing dashpots, or `"free-field"`, for upright sides of a model that
+    /// is shaken from below.
     pub kind: BoundaryKind,
     /// Velocity of an incoming wave, for `"viscous"`; a free surface moves twice as fast `[m/s]`;
     /// default none.
@@ -107,14 +108,15 @@ pub struct Boundary {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum BoundaryKind {
-    /// Dashpots of Lysmer and Kuhlemeyer: waves that meet the faces head-on leave.
+    /// Dashpots of Lysmer and Kuhlemeyer, which absorb waves with normal incidence.
     Viscous,
-    /// Upright sides of a model that is shaken from below: dashpots against columns of the same
-    /// rock that move as if no model stood beside them, under the same base.
+    /// Free field, for upright sides of a model that is shaken from below. Dashpots connect the
+    /// side to columns of the same rock on the same base, which move as level ground without the
+    /// model.
     FreeField,
 }
 
-/// The state at the start of the run.
+/// Initial state of the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
@@ -133,8 +135,8 @@ pub struct Initial {
     /// Stress xx, yy, zz, xy, yz, zx at the origin, tension positive `[Pa]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stress: Option<[f64; 6]>,
-    /// Change of `stress` per metre along x, y or z, as in `{ z = [xx, yy, zz, xy, yz, zx] }` `[Pa/m]`;
-    /// default none.
+    /// Change of `stress` per metre along x, y or z, as in `{ z = [xx, yy, zz, xy, yz, zx] }`
+    /// `[Pa/m]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gradient: Option<Gradient>,
 }
@@ -143,18 +145,18 @@ pub struct Initial {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Gradient {
-    /// Along x.
+    /// Change per metre along x.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<[f64; 6]>,
-    /// Along y.
+    /// Change per metre along y.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub y: Option<[f64; 6]>,
-    /// Along z.
+    /// Change per metre along z.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub z: Option<[f64; 6]>,
 }
 
-/// Something recorded as the run goes.
+/// A quantity that is recorded during the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
@@ -163,7 +165,8 @@ pub struct Probe {
     /// Reference position; the probe records the nearest node `[m]`; needed without `where`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<[f64; 3]>,
-    /// Nodes: the sum of their reactions, the mean of other quantities; needed without `at`.
+    /// Nodes; the probe records the sum of their reactions, or the mean of another quantity; needed
+    /// without `at`.
     #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
     pub region: Option<Where>,
     /// Recorded quantity; default `"displacement"`.

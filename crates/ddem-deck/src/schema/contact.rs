@@ -6,10 +6,11 @@ use serde::{Deserialize, Serialize};
 use super::{Deck, Joint};
 use ddem_core::problem::DAMPING;
 
-/// Restitution of a critical dashpot that never pulls, exp(−2).
+/// Restitution with critical damping if spring and dashpot together never pull, exp(−2).
 const CRITICAL: f64 = 0.135_335_283_236_612_7;
 
-/// Properties of contacts between blocks without a joint (§9). Keys left out follow from the two faces in contact.
+/// Properties of contacts between blocks without a joint (docs/method.md, §9). Omitted stiffness
+/// and friction are those of the two faces in contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ContactTable {
@@ -22,8 +23,8 @@ pub struct ContactTable {
     /// Friction angle of all contacts, in [0, 90) `[degrees]`; default that of the two faces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
-    /// Damping of contacts, failed pairs and the blocks around them as a fraction of critical, from 0 to
-    /// 1; default 0.2, 0 with a `[[charge]]`.
+    /// Damping of contacts, failed pairs and the blocks around them as a fraction of critical, from
+    /// 0 to 1; default 0.2, 0 with a `[[charge]]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub damping: Option<f64>,
     /// Coefficient of restitution e of two blocks, from 0 to 1, instead of `damping`; default none.
@@ -38,8 +39,8 @@ impl ContactTable {
         *self == Self::default()
     }
 
-    /// Damping ζ as a fraction of critical: the given one, or the one with which a mass on a spring
-    /// and a dashpot that never pull rebounds by the restitution e, `ln e = −2ζ acos ζ/√(1 − ζ²)`.
+    /// Damping ζ as a fraction of critical: `damping`, or the value that gives the `restitution` e
+    /// of a mass on a spring and a dashpot that together never pull, `ln e = −2ζ acos ζ/√(1 − ζ²)`.
     /// Below e = exp(−2) it is critical. `None` if neither is given.
     #[must_use]
     pub fn damping_ratio(&self) -> Option<f64> {
@@ -69,9 +70,9 @@ impl Deck {
         self.contact.damping_ratio().unwrap_or(DAMPING)
     }
 
-    /// True if new contacts are searched for: as `model.contact` says; by default with more than
-    /// one set of blocks, or with a used joint that can fail. A single set whose joints never fail
-    /// stays together.
+    /// True if new contacts are searched for. This is `model.contact`; by default it is true with
+    /// more than one set of blocks, or with a used joint that can fail. A single set whose joints
+    /// never fail stays together.
     #[must_use]
     pub fn finds_contacts(&self) -> bool {
         let any_breaks = || self.used_joints().any(Joint::breaks);

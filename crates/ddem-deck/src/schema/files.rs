@@ -34,13 +34,13 @@ pub struct Heights {
     pub y: Vec<f64>,
     /// Heights, x fastest, NaN where there is none, shape `(y, x)` `[m]`.
     pub z: Vec<f64>,
-    /// Distance beyond the grid within which the outermost heights hold `[m]`: half a cell of a
+    /// Distance beyond the grid within which the outermost heights apply `[m]`: half a cell of a
     /// raster, whose heights are those of the cell centres.
     pub rim: f64,
 }
 
 impl PartialEq for Heights {
-    /// Equality; heights that are missing in both are equal.
+    /// Compares grids; heights that are missing in both are equal.
     fn eq(&self, other: &Self) -> bool {
         let bits = |z: &[f64]| z.iter().map(|z| z.to_bits()).collect::<Vec<_>>();
         let axes = self.x == other.x && self.y == other.y && self.rim == other.rim;

@@ -172,7 +172,7 @@ pub(super) fn time_step<'de, D: Deserializer<'de>>(
     deserializer.deserialize_any(Forms).map(Some)
 }
 
-/// Factor in time that may be missing.
+/// Optional factor in time.
 pub(super) fn optional_history<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<History>, D::Error> {

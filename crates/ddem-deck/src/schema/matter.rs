@@ -17,25 +17,27 @@ pub struct Material {
     pub poisson: f64,
 }
 
-/// A joint: a layer of real thickness between blocks, or a pair of stiffnesses (§4).
+/// A joint: a layer of real thickness between blocks, or a pair of stiffnesses (docs/method.md,
+/// §4).
 ///
-/// Elastic constants come from `material`, or from `density`, `young` and `poisson` given here;
-/// with `normal_stiffness` and `shear_stiffness` instead it is a spring joint, which may have no
-/// thickness. A joint with none of `cohesion`, `friction`, `tension`, `jrc` and `jcs` never fails;
-/// with any given it can, and those left out of `cohesion`, `friction` and `tension` are 0.
+/// Elastic constants come from `material`, or from `density`, `young` and `poisson` given here.
+/// With `normal_stiffness` and `shear_stiffness` instead it is a spring joint, which may have no
+/// thickness. A joint with none of `cohesion`, `friction`, `tension`, `jrc` and `jcs` never fails.
+/// If any of them is given it can fail, and omitted values of `cohesion`, `friction` and `tension`
+/// are 0.
 ///
-/// Strength in shear under a compressive normal stress σ_n is `c + σ_n tan φ` (Mohr–Coulomb),
-/// or with `jrc` and `jcs` `σ_n tan(φ_r + JRC log10(JCS/σ_n))` (Barton), whose φ_r is
-/// `residual_friction`. `fracture_energy` makes a Mohr–Coulomb joint soften over a distance
-/// instead of losing its strength at once.
+/// The shear strength under a compressive normal stress σ_n is `c + σ_n tan φ` (Mohr–Coulomb). With
+/// `jrc` and `jcs` it is `σ_n tan(φ_r + JRC log10(JCS/σ_n))` (Barton), where φ_r is
+/// `residual_friction`. `fracture_energy` makes a Mohr–Coulomb joint soften over a distance.
+/// Otherwise it loses its strength at once.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Joint {
-    /// Thickness t along the normal of the joint, equal for all joints on one plane `[m]`; needed unless
-    /// it is a spring joint.
+    /// Thickness t along the normal of the joint, equal for all joints on one plane `[m]`; needed
+    /// unless it is a spring joint.
     pub thickness: f64,
-    /// Name of the material whose constants the joint has; needed without constants or stiffnesses of
-    /// its own.
+    /// Name of the material whose constants the joint has; needed without constants or stiffnesses
+    /// of its own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub material: Option<String>,
     /// Density ρ of the joint's own material, with `young` and `poisson`, instead of
@@ -48,10 +50,12 @@ pub struct Joint {
     /// Poisson's ratio ν of the joint's own material; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub poisson: Option<f64>,
-    /// Normal stiffness k_n of a spring joint, above 0, instead of constants `[Pa/m]`; default none.
+    /// Normal stiffness k_n of a spring joint, above 0, instead of constants `[Pa/m]`; default
+    /// none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal_stiffness: Option<f64>,
-    /// Shear stiffness k_s of a spring joint, above 0, with `normal_stiffness` `[Pa/m]`; default none.
+    /// Shear stiffness k_s of a spring joint, above 0, with `normal_stiffness` `[Pa/m]`; default
+    /// none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_stiffness: Option<f64>,
     /// Cohesion c, 0 or more `[Pa]`; default 0.
@@ -66,12 +70,12 @@ pub struct Joint {
     /// Cohesion c_r after failure, not above `cohesion`; open points have none `[Pa]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_cohesion: Option<f64>,
-    /// Friction angle φ_r after failure, not above `friction`; needed with `jrc` `[degrees]`; default
-    /// `friction`.
+    /// Friction angle φ_r after failure, not above `friction`; needed with `jrc` `[degrees]`;
+    /// default `friction`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_friction: Option<f64>,
-    /// Dilation angle ψ, not above `friction`: sliding by s opens a failed joint by s tan ψ `[degrees]`;
-    /// default 0.
+    /// Dilation angle ψ, not above `friction`: sliding by s opens a failed joint by s tan ψ
+    /// `[degrees]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dilation: Option<f64>,
     /// Fracture energies G_I in opening and G_II in sliding `[J/m²]`; default none: brittle.
@@ -86,9 +90,9 @@ pub struct Joint {
 }
 
 impl Joint {
-    /// Normal and shear stiffness per area, k_n and k_s `[Pa/m]` (§5): the given ones, otherwise
-    /// `(λ + 2G)/t` and `G/t`. `None` if constants are missing or the layer of a material has no
-    /// thickness.
+    /// Normal and shear stiffness per area, k_n and k_s `[Pa/m]` (docs/method.md, §5): the given
+    /// ones, otherwise `(λ + 2G)/t` and `G/t`. `None` if constants are missing or the layer of a
+    /// material has no thickness.
     #[must_use]
     pub fn stiffness(&self, materials: &BTreeMap<String, Material>) -> Option<[f64; 2]> {
         if let (Some(normal), Some(shear)) = (self.normal_stiffness, self.shear_stiffness) {

@@ -32,8 +32,7 @@ pub fn segment(name: &str) -> Cow<'_, str> {
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase();
     let length = name.chars().count();
-    // The cost of the distance is the product of both lengths, and nobody mistypes such a long
-    // name.
+    // The cost of the distance is the product of both lengths. Such long names are not compared.
     if length > 100 {
         return None;
     }
@@ -42,7 +41,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
         let shorter = length.min(candidate.chars().count());
         let begins = candidate.starts_with(&name) || name.starts_with(&candidate);
         let wrong = strsim::damerau_levenshtein(&name, &candidate);
-        // A common beginning is only a guess, so every mistyped name comes first.
+        // A common beginning is only a guess, so mistyped names come before it.
         if wrong <= (shorter / 3).max(1) && wrong < length {
             Some(wrong)
         } else {

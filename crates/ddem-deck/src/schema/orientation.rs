@@ -19,11 +19,11 @@ pub struct Orientation {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Orientations {
-    /// Of the joints that cut the first edge.
+    /// Orientation of the joints that cut the first edge.
     pub x: Orientation,
-    /// Of the joints that cut the second edge.
+    /// Orientation of the joints that cut the second edge.
     pub y: Orientation,
-    /// Of the joints that cut the third edge.
+    /// Orientation of the joints that cut the third edge.
     pub z: Orientation,
 }
 
@@ -62,7 +62,7 @@ impl BlockSet {
         let Some(dip) = self.dip else { return self.axes };
         let dip_direction = self.dip_direction.unwrap_or(0.0);
         let ((down, level), (east, north)) = (sin_cos(dip), sin_cos(dip_direction));
-        // Down the dip, along the strike, and along the normal.
+        // The edges point down the dip, along the strike, and along the normal.
         [[level * east, level * north, -down], [-north, east, 0.0], normal_of(dip, dip_direction)]
     }
 }

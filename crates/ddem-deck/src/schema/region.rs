@@ -9,7 +9,7 @@ use super::{FileOf, Heights, Triangles, normal_of};
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Where {
-    /// Plane at a number, or range from … to including its ends, along x `[m]`; default none.
+    /// Plane at a number, or range `[from, to]` with its ends, along x `[m]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub x: Option<Extent>,
     /// Plane or range along y `[m]`; default none.
@@ -21,8 +21,8 @@ pub struct Where {
     /// Inside of a sphere, `{ centre, radius }` `[m]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sphere: Option<Sphere>,
-    /// Inside of a cylinder with flat ends, `{ from, to, radius }`, as a borehole or a tunnel `[m]`;
-    /// default none.
+    /// Inside of a cylinder with flat ends, `{ from, to, radius }`, as a borehole or a tunnel
+    /// `[m]`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cylinder: Option<Cylinder>,
     /// Points on a plane, `{ point, normal }` or `{ point, dip, dip_direction }`; default none.
@@ -34,7 +34,8 @@ pub struct Where {
     /// Half-space below a level z, a plane, or a topography; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<Sheet>,
-    /// Inside of the closed surface of an STL file, whose path is relative to the deck; default none.
+    /// Inside of the closed surface of an STL file, whose path is relative to the deck; default
+    /// none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inside: Option<FileOf<Triangles>>,
     /// Side of a set along its own edges, `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"` or `"z+"`; default
@@ -44,7 +45,8 @@ pub struct Where {
     /// Joints and outer faces of this dip, from 0 to 90 `[degrees]`; default any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dip: Option<f64>,
-    /// Dip direction of these joints, clockwise from north, y, from 0 to 360 `[degrees]`; default any.
+    /// Dip direction of these joints, clockwise from north, y, from 0 to 360 `[degrees]`; default
+    /// any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dip_direction: Option<f64>,
     /// Largest angle to `dip` and `dip_direction` `[degrees]`; default 2.
@@ -79,13 +81,13 @@ impl Where {
     }
 }
 
-/// Along one axis: a plane, or a range from–to.
+/// Plane or range along one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Extent {
-    /// A plane, within 1e-6 of the region's size.
+    /// A plane, within 1e-6 of the size of the model.
     Plane(f64),
-    /// From, to.
+    /// A range `[from, to]` with its ends.
     Range([f64; 2]),
 }
 
@@ -152,7 +154,7 @@ pub enum Sheet {
         /// relative to the deck.
         topography: FileOf<Heights>,
     },
-    /// A plane. Above is the higher side, of an upright plane the side that its normal points to.
+    /// A plane. Its upper side is above; for an upright plane, the side that the normal points to.
     Plane(Plane),
 }
 

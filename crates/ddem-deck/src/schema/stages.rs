@@ -7,14 +7,14 @@ use ddem_core::problem::StageRange;
 
 use super::{Damping, Deck, SafetySearch, StageKind, TimeStep, forms};
 
-/// One stage. Keys of the other kind of stage are errors.
+/// One stage. Keys of other kinds of stages are errors.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
     /// Name, for `from`, `until` and the results.
     pub name: String,
-    /// Kind: `"relax"` (static), `"dynamic"` (in time), or `"safety"` (factor of safety of the present
-    /// state).
+    /// Kind: `"relax"` (static), `"dynamic"` (in time), or `"safety"` (factor of safety of the
+    /// present state).
     pub kind: StageKind,
     /// safety: smallest and largest factor of the search; default `[0.5, 4.0]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -26,19 +26,20 @@ pub struct Stage {
     /// contacts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joints: Option<Vec<String>>,
-    /// safety: continuing motion between neighbours that counts as failure, relative to an edge; default
-    /// 0.02.
+    /// safety: continuing motion between neighbours that counts as failure, relative to an edge;
+    /// default 0.02.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limit: Option<f64>,
-    /// relax, safety: unbalanced force ratio at which the stage, or a trial, is done, in (0, 1); default
-    /// 1e-5.
+    /// relax, safety: unbalanced force ratio at which the stage, or a trial, is done, in (0, 1);
+    /// default 1e-5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f64>,
-    /// relax, safety: number of steps after which the stage, or a trial, is undecided; default 200 000.
+    /// relax, safety: number of steps after which the stage, or a trial, is undecided;
+    /// default 200 000.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_steps: Option<u64>,
-    /// relax: number of equal parts in which loads and other changes are applied; default 1, 10 with
-    /// supports driven by a `displacement`.
+    /// relax: number of equal parts in which loads and other changes are applied; default 1, 10
+    /// with supports driven by a `displacement`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub increments: Option<u32>,
     /// relax, dynamic: behaviour if the stage fails or stays undecided, `"stop"` or `"continue"`;
@@ -48,8 +49,8 @@ pub struct Stage {
     /// dynamic: simulated time, with `until_rest` the longest `[s]`; needed in dynamic stages.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<f64>,
-    /// dynamic: `"none"`, or one of `ratio`, `mass`, `stiffness` and `local`, as in `{ ratio = 0.05 }`;
-    /// default `"none"`.
+    /// dynamic: `"none"`, or one of `ratio`, `mass`, `stiffness` and `local`, as in
+    /// `{ ratio = 0.05 }`; default `"none"`.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "forms::damping")]
     pub damping: Option<Damping>,
     /// dynamic: `"auto"`, or a number `[s]`; default `"auto"`.
@@ -59,8 +60,8 @@ pub struct Stage {
         deserialize_with = "forms::time_step"
     )]
     pub time_step: Option<TimeStep>,
-    /// dynamic: end as soon as blocks are at rest, or fail: keep moving without slowing down; default
-    /// `false`.
+    /// dynamic: end as soon as blocks are at rest, or fail: keep moving without slowing down;
+    /// default `false`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub until_rest: Option<bool>,
     /// dynamic: time between frames, instead of `frames` `[s]`; default none.
@@ -72,7 +73,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Search of a stage for the factor of safety.
+    /// Settings of the search for the factor of safety.
     #[must_use]
     pub fn search(&self) -> SafetySearch {
         let standard = SafetySearch::default();
@@ -87,14 +88,14 @@ impl Stage {
     }
 }
 
-/// Way on after a stage that fails.
+/// Behaviour after a failed stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum OnFailure {
     /// The run stops.
     #[default]
     Stop,
-    /// The next stage starts from there.
+    /// The next stage starts from the present state.
     Continue,
 }
 

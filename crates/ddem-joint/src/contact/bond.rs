@@ -250,8 +250,8 @@ impl Patch {
     }
 
     /// Makes the axes turn with the block of the larger face, once all pairs have failed. That
-    /// block is the ground on which the other slides, even if the other tilts on a soft joint. No
-    /// opening jumps when the axes change.
+    /// block is the ground on which the other slides, even if the other tilts on a soft joint.
+    /// Openings do not jump when the axes change.
     pub(super) fn turn_with_larger(&mut self, configuration: &Configuration<'_>) {
         let area = |side: usize| {
             let contact_block = &configuration.blocks[self.blocks[side] as usize];

@@ -181,8 +181,8 @@ impl PatchHistory {
         Self { points: old.points.iter().map(hand).collect(), near: old.spacing(configuration) }
     }
 
-    /// History of the nearest point. It is empty if that point is not near: the new point has come
-    /// within reach without a jump. `None` if there are no old points.
+    /// History of the nearest old point. It is empty if that point is too far away: the new point
+    /// has just come within reach, without a jump. `None` if there are no old points.
     pub(super) fn nearest(&self, x: Vec3) -> Option<PointHistory> {
         let mut best: (f64, Option<PointHistory>) = (f64::INFINITY, None);
         for (at, handed) in &self.points {

@@ -68,7 +68,7 @@ impl PatchBuilder<'_> {
         if separation.distance <= near {
             return 0.0;
         }
-        // Where crossed edges separate the blocks, the best face still does so for some travel.
+        // With crossed edges the best face normal has less separation, by the margin.
         let height = match separation.meeting {
             ContactFeature::Face { .. } => separation.distance,
             ContactFeature::Edges(_) => separation.distance - separation.margin,
@@ -155,7 +155,7 @@ impl PatchBuilder<'_> {
         let mut patch = Patch { blocks, reference: reference as u8, both, ..Patch::default() };
         let [own, other] = patch.order().map(|block| self.configuration.rotation(block));
         let normal = separation.normal;
-        // Along an edge of the reference block.
+        // The tangent runs along an edge of the reference block.
         let half = &cells[reference].half;
         let along = (0..3).map(|d| half[d] - normal * normal.dot(&half[d]));
         let along = along.max_by(|x, y| x.norm_squared().total_cmp(&y.norm_squared()));
@@ -243,7 +243,7 @@ impl PatchBuilder<'_> {
     fn inherit(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&OldPatch>) {
         let known = old.map(|old| PatchHistory::new(&self.configuration, &old.patch));
         let last = if old.is_some() { 0.0 } else { 1.0 };
-        // Areas stay about as large; without this, friction would drop with every new patch.
+        // Areas change little. With a ratio of 1, friction would drop with every new patch.
         let stretch = old.map_or(1.0, |old| old.patch.both.friction.stretch());
         patch.both.friction.set_stretch(stretch);
         let CombinedSurface { surface, stiffness, .. } = patch.both;
@@ -256,7 +256,7 @@ impl PatchBuilder<'_> {
             // A new contact begins with the gap of one step ago, before the last increment.
             let before = gap - surface - opened * last;
             let handed = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
-                // Blocks that already overlap when they meet are not pushed apart.
+                // Blocks that overlap when they meet get an offset and are not pushed apart.
                 PointHistory { offset: before.min(0.0), ..PointHistory::default() }
             });
             let PointHistory { offset, drag, .. } = handed;

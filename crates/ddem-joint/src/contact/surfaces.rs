@@ -1,4 +1,5 @@
-//! Contact properties of block faces: each face carries half of its joint, and two faces in contact act in series.
+//! Contact properties of block faces. Each face has half of its joint; two faces in contact act in
+//! series.
 
 use std::collections::HashMap;
 
@@ -12,54 +13,55 @@ use ddem_mesh::joint_sections::VibratingMass;
 use ddem_mesh::properties::{JointProperties, Properties};
 use ddem_mesh::{Geometry, NonconformingFace};
 
-/// Friction angle where neither the deck nor a joint says one `[degrees]`.
+/// Friction angle if neither the deck nor a joint gives one `[degrees]`.
 const FRICTION: f64 = 30.0;
 
-/// One face of a block.
+/// Contact properties of one face of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct ContactSurface {
     /// Half of the joint's thickness `[m]`.
     pub(super) thickness: f64,
     /// Stiffness of this half `[Pa/m]`.
     pub(super) stiffness: SpringStiffness,
-    /// Friction that failure leaves, if the joint has a law.
+    /// Friction after failure, if the joint has a law.
     friction: Option<FaceFriction>,
-    /// Mass that a contact moves, for each unit of area.
+    /// Mass per unit area that vibrates on a contact.
     moved: VibratingMass,
-    /// Of the block `[kg/m³]`.
+    /// Density of the block `[kg/m³]`.
     density: f64,
     /// Stiffness of the joint, if there is one `[Pa/m]`.
     joint: Option<SpringStiffness>,
-    /// The joint is one between faces that do not match: no lattice has it.
+    /// True if the joint is nonconforming, so that it belongs to no lattice.
     nonconforming: bool,
 }
 
 /// Combined properties of two faces in contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CombinedSurface {
-    /// Distance of the bodies at which they touch `[m]`.
+    /// Distance of the faces at which contact begins `[m]`.
     pub surface: f64,
     /// Stiffness of both in series `[Pa/m]`.
     pub stiffness: SpringStiffness,
-    /// Friction of the weaker one.
+    /// Friction of the weaker face.
     pub friction: Friction,
-    /// Of the dashpot along the normal `[Pa s/m]`.
+    /// Coefficient of the dashpot along the normal `[Pa s/m]`.
     pub dashpot: f64,
 }
 
-/// The skins of all blocks.
+/// Contact surfaces of all blocks.
 #[derive(Clone, Debug)]
 pub struct ContactSurfaces {
     kinds: Vec<ContactSurface>,
-    /// By block and face, twice the direction plus one at the upper side.
+    /// Index in `kinds`, by block and face. The face is twice the direction, plus one at the upper
+    /// side.
     of_block: Vec<[u32; 6]>,
-    /// Given for all contacts.
+    /// Normal stiffness given for all contacts `[Pa/m]`.
     normal: Option<f64>,
     shear: Option<f64>,
     tan_friction: Option<f64>,
-    /// Of faces to which neither the deck nor a joint gives any.
+    /// Tangent of the friction angle if neither the deck nor a joint gives one.
     tan_default: f64,
-    /// Part of the way of strengths from others before.
+    /// Fraction of the way from the previous strengths to the present ones.
     part: f64,
     damping: f64,
     /// Largest thickness `[m]`.
@@ -69,7 +71,7 @@ pub struct ContactSurfaces {
 }
 
 impl ContactSurfaces {
-    /// Of all faces, from their joints and materials.
+    /// Surfaces of all faces, from their joints and materials.
     pub fn new(properties: &Properties, laws: &Laws, geometry: &Geometry) -> Self {
         let contact = &properties.contact;
         let mut surfaces = Self {
@@ -104,13 +106,14 @@ impl ContactSurfaces {
         surfaces
     }
 
-    /// Divides the friction that no joint gives.
+    /// Divides the friction that does not come from joints by a factor.
     pub fn divide_friction(&mut self, factor: f64) {
         self.tan_friction = self.tan_friction.map(|tan| tan / factor);
         self.tan_default /= factor;
     }
 
-    /// Of faces whose friction is a part of the way from that of `before`.
+    /// Surfaces whose friction is a fraction `part` of the way from that of `before` to that of
+    /// `now`.
     pub fn between(
         properties: &Properties,
         laws: &Laws,
@@ -146,7 +149,7 @@ impl ContactSurfaces {
         &self.kinds[self.of_block[block as usize][usize::from(face.number())] as usize]
     }
 
-    /// Of an edge: the mean of the two faces beside it.
+    /// Surface of an edge: the mean of the two adjacent faces.
     pub(super) fn of_edge(&self, block: u32, edge: EdgeId) -> ContactSurface {
         let [a, b] = sides_of(edge).map(|face| *self.of(block, face));
         let mean = |of: fn(&ContactSurface) -> f64| 0.5 * (of(&a) + of(&b));
@@ -167,14 +170,15 @@ impl ContactSurfaces {
         }
     }
 
-    /// The surfaces without the given contact stiffness along the normal (0) or across (1).
+    /// Surfaces without the given contact stiffness, normal (0) or shear (1).
     pub(super) fn without(&self, direction: usize) -> Self {
         let mut without = self.clone();
         *[&mut without.normal, &mut without.shear][direction] = None;
         without
     }
 
-    /// Least and largest stiffness of contacts of two equal faces, along the normal (0) or across (1).
+    /// Smallest and largest stiffness of contacts of two equal faces, normal (0) or shear (1)
+    /// `[Pa/m]`.
     pub(super) fn range(&self, direction: usize) -> [f64; 2] {
         let each = self.kinds.iter().map(|kind| {
             let SpringStiffness { normal, shear } = self.combined([kind; 2], [false; 2]).stiffness;
@@ -183,8 +187,9 @@ impl ContactSurfaces {
         each.fold([f64::INFINITY, 0.0], |[least, most], k| [k.min(least), k.max(most)])
     }
 
-    /// The part of its edge by which a block sinks in under its own weight, where that is much, with its
-    /// density and the stiffness: `ρ g h / k` of its height h.
+    /// Largest penetration of a block under its own weight, as a fraction of its height, with the
+    /// block's density and the normal stiffness. `None` if the fraction is at most `much`. A block
+    /// of height h penetrates by `ρ g h / k`.
     pub(super) fn settlement(&self, gravity: f64, much: f64) -> Option<[f64; 3]> {
         let each = self.kinds.iter().map(|kind| {
             let stiffness = self.combined([kind; 2], [false; 2]).stiffness.normal;
@@ -193,7 +198,7 @@ impl ContactSurfaces {
         each.max_by(|a, b| a[0].total_cmp(&b[0])).filter(|worst| worst[0] > much)
     }
 
-    /// Stiffness of a contact of a face with the stiffest that there is `[Pa/m]`.
+    /// Stiffness of a contact between a face and the stiffest face of all `[Pa/m]`.
     fn largest_stiffness(&self, surface: &ContactSurface) -> SpringStiffness {
         let series = |a: f64, b: f64| a * b / (a + b);
         let SpringStiffness { normal, shear } = surface.stiffness;
@@ -203,7 +208,7 @@ impl ContactSurfaces {
         }
     }
 
-    /// Stiffness of a contact or of the joint of a face, whichever is larger `[Pa/m]`.
+    /// Stiffness of a contact or of the joint of a face, the larger one `[Pa/m]`.
     pub fn largest_with_joint(&self, block: u32, face: FaceId) -> SpringStiffness {
         let surface = self.of(block, face);
         let SpringStiffness { normal, shear } = self.largest_stiffness(surface);
@@ -211,8 +216,8 @@ impl ContactSurfaces {
         SpringStiffness { normal: normal.max(joint.normal), shear: shear.max(joint.shear) }
     }
 
-    /// Excess of a face's contact stiffness over its joint's `[Pa/m]`, as the contact takes the joint's
-    /// place.
+    /// Excess of a face's contact stiffness over that of its joint, which the contact replaces
+    /// `[Pa/m]`. For nonconforming joints it is the larger of the two stiffnesses.
     pub(super) fn excess_over_joint(&self, block: u32, face: FaceId) -> SpringStiffness {
         let surface = self.of(block, face);
         let SpringStiffness { normal, shear } = self.largest_stiffness(surface);
@@ -226,13 +231,14 @@ impl ContactSurfaces {
         }
     }
 
-    /// Mass on a contact or joint of a stiffness at a face, in parts of that of the layer of nodes there.
+    /// Mass that vibrates on a contact or joint of a given stiffness at a face, relative to the
+    /// mass of the layer of nodes there.
     pub(super) fn moved(&self, block: u32, face: FaceId, stiffness: f64) -> f64 {
         let moved = &self.of(block, face).moved;
         moved.mass(stiffness) / moved.layer()
     }
 
-    /// Largest thickness of the skins of a block `[m]`.
+    /// Largest thickness of the surfaces of a block `[m]`.
     pub(super) fn thickness(&self, block: u32) -> f64 {
         let kinds = self.of_block[block as usize].iter();
         kinds.map(|&kind| self.kinds[kind as usize].thickness).fold(0.0, f64::max)
@@ -242,7 +248,7 @@ impl ContactSurfaces {
         self.of(block, face).density
     }
 
-    /// Of two faces in contact; a body that is held does not move however heavy the other is.
+    /// Combined surface of two faces. If only one block is fixed, it counts as infinitely heavy.
     pub(super) fn combined(
         &self,
         [a, b]: [&ContactSurface; 2],
@@ -270,12 +276,12 @@ impl ContactSurfaces {
 }
 
 impl ContactSurfaces {
-    /// Dashpot of a normal stiffness `[Pa/m]` and a mass for each unit of area `[Pa s/m]`.
+    /// Dashpot coefficient for a normal stiffness `[Pa/m]` and a mass per unit area `[Pa s/m]`.
     fn dashpot(&self, normal: f64, mass: f64) -> f64 {
         2.0 * self.damping * (normal * mass).sqrt()
     }
 
-    /// Dashpot of a joint of two faces with a normal stiffness of its own `[Pa s/m]`.
+    /// Dashpot coefficient of a joint of two faces that has its own normal stiffness `[Pa s/m]`.
     pub(super) fn dashpot_of_joint(&self, [a, b]: [&ContactSurface; 2], normal: f64) -> f64 {
         let [a, b] = [a, b].map(|surface| surface.moved.mass(normal));
         self.dashpot(normal, a * b / (a + b))
@@ -283,14 +289,15 @@ impl ContactSurfaces {
 }
 
 impl Contacts {
-    /// Supports have come or gone on some blocks: their contacts are made anew, as dashpots have another
-    /// mass now.
+    /// Remakes damped contacts of blocks whose supports changed, because their dashpots have
+    /// another mass.
     pub fn remake_where_supports_changed(&mut self, changed: impl Fn(usize) -> bool) {
         let damped = |patch: &Patch| patch.both.dashpot > 0.0;
         self.remake(|patch| damped(patch) && patch.blocks.iter().any(|&b| changed(b as usize)));
     }
 
-    /// Contacts are made anew: as if the blocks had moved by more than they are valid for.
+    /// Marks the chosen contacts for remaking, as if their blocks had moved beyond the limit of the
+    /// patch.
     pub fn remake(&mut self, chosen: impl Fn(&Patch) -> bool) {
         for patch in self.patches.iter_mut().filter(|patch| chosen(patch)) {
             patch.apart.x += 3.0 * f64::from(patch.limit);
@@ -298,7 +305,7 @@ impl Contacts {
     }
 }
 
-/// The two faces beside an edge.
+/// The two faces adjacent to an edge.
 pub(super) fn sides_of(edge: EdgeId) -> [FaceId; 2] {
     [0, 1]
         .map(|next| FaceId { direction: (edge.direction + 1 + next) % 3, upper: edge.upper[next] })
@@ -327,7 +334,8 @@ impl ContactSurface {
             SpringStiffness { normal: elastic.p_modulus() / height, shear: elastic.shear / height };
         let stiffness = joint.map(JointProperties::stiffness);
         let SpringStiffness { normal, shear } = stiffness.unwrap_or(own);
-        // Faces that are nearer than their joint is thick do not overlap.
+        // The thickness is at most the gap, so that faces nearer than their joint is thick do not
+        // overlap.
         let room = nonconforming.map_or(f64::INFINITY, |nonconforming| nonconforming.gap);
         Self {
             thickness: joint.map_or(0.0, |joint| joint.thickness.min(room) / 2.0),

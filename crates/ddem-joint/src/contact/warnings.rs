@@ -1,4 +1,4 @@
-//! Contacts that are allowed but perhaps not meant: far stiffer or softer than the blocks.
+//! Warnings about contacts that are much stiffer or softer than the blocks.
 
 use super::{ContactModel, ContactSurfaces, bound};
 use ddem_mesh::Geometry;
@@ -6,43 +6,45 @@ use ddem_mesh::assembly::Assembly;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::Properties;
 
-/// Times the blocks' own stiffness above which a given one only shortens the step.
+/// Ratio of a given stiffness to that of the faces above which a warning is issued.
 const STIFF: f64 = 100.0;
-/// Part by which it may shorten the step before something is said.
+/// Shortening of the time step above which a warning is issued: ratio of the steps with and without
+/// a given stiffness.
 const SHORT: f64 = 0.1;
-/// Times the blocks' own stiffness below which the blocks are no longer what they look like.
+/// Ratio of a given stiffness to that of the faces below which a warning is issued.
 const SOFT: f64 = 1e-3;
-/// Part of its edge by which a block may sink in under its own weight.
+/// Penetration of a block under its own weight, as a fraction of its edge, above which a warning is
+/// issued.
 const SINKS: f64 = 0.01;
 
-/// A stiffness of contacts far from that of the blocks.
+/// Warning about a contact stiffness far from that of the blocks.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ContactWarning {
     /// A given stiffness that shortens the time step.
     Stiff {
-        /// Stiffness along the faces, not across them.
+        /// True for the shear stiffness, false for the normal stiffness.
         shear: bool,
-        /// Stiffness that is given `[Pa/m]`.
+        /// Given stiffness `[Pa/m]`.
         given: f64,
-        /// Stiffness of the faces that meet `[Pa/m]`.
+        /// Stiffness that the two faces have without it `[Pa/m]`.
         own: f64,
         /// Longest time step with it `[s]`.
         step: f64,
         /// Longest time step without it `[s]`.
         without: f64,
     },
-    /// A given stiffness with which blocks sink into each other.
+    /// A given stiffness with which blocks penetrate each other.
     Soft {
-        /// Stiffness along the faces, not across them.
+        /// True for the shear stiffness, false for the normal stiffness.
         shear: bool,
-        /// Stiffness that is given `[Pa/m]`.
+        /// Given stiffness `[Pa/m]`.
         given: f64,
-        /// Stiffness of the faces that meet `[Pa/m]`.
+        /// Stiffness that the two faces have without it `[Pa/m]`.
         own: f64,
     },
-    /// Blocks that sink in under their own weight.
+    /// Blocks that penetrate each other under their own weight.
     Sinks {
-        /// Depth as a part of an edge of the block.
+        /// Penetration as a fraction of the edge of the block.
         part: f64,
         /// Density of the block `[kg/m³]`.
         density: f64,
@@ -52,7 +54,7 @@ pub enum ContactWarning {
 }
 
 impl ContactModel {
-    /// Stiffnesses of contacts far from those of the blocks.
+    /// Warnings about contact stiffnesses far from those of the blocks.
     pub fn warnings(
         &self,
         properties: &Properties,
@@ -60,7 +62,7 @@ impl ContactModel {
         packs: &Packs,
         assembly: &Assembly,
     ) -> Vec<ContactWarning> {
-        // Longest step that undamped contacts leave, whatever the blocks are.
+        // Longest step that undamped contacts allow, without the stiffness of deformable blocks.
         let longest_step = |surfaces: &ContactSurfaces| {
             let [more, rigid] = bound(surfaces, geometry, packs, assembly);
             2.0 / more.max(rigid).sqrt()

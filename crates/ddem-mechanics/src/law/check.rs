@@ -40,11 +40,13 @@ fn expect(sound: bool, what: impl FnOnce() -> String) -> Result<(), String> {
     if sound { Ok(()) } else { Err(what()) }
 }
 
-/// Checks that a bonded point under a normal traction fails above its peak strength, and only there.
+/// Checks that a bonded point under a normal traction fails above its peak strength, and only
+/// there.
 fn bonded(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
     let peak = law.peak(normal);
     expect(peak >= 0.0, || format!("peak({normal}) is {peak}, expected 0 Pa or more"))?;
-    // Also beyond the rounding that `failure` tolerates for joints without shear strength.
+    // The excess is larger than the rounding that `failure` tolerates for joints without shear
+    // strength.
     let beyond = 1.0 + 2.0 * peak + SAME * (normal.abs() + law.tension());
     let fails = law.failure(normal, beyond).is_some();
     let seen = law.any_failure(&[normal], &[beyond * beyond]);
@@ -53,7 +55,7 @@ fn bonded(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
             "under {normal} Pa a shear of {beyond} Pa is above peak(), and failure() or any_failure() does not say so"
         )
     })?;
-    // Laws that wrap this one know its peak strength only.
+    // Laws that wrap this one use its peak strength only, so the point must not fail below it.
     let below = peak * (1.0 - SAME);
     let fails = law.failure(normal, below).is_some();
     let seen = law.any_failure(&[normal], &[below * below]);

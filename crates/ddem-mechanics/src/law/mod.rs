@@ -10,7 +10,8 @@
 //!
 //! use ddem_mechanics::law::JointLaw;
 //!
-//! /// Patton's saw teeth: slips over them up to a pressure, shears them off beyond.
+//! /// Patton's law of saw teeth: faces slide over them at low pressure and shear them off at high
+//! /// pressure.
 //! #[derive(Debug)]
 //! struct Patton { tan_teeth: f64, cohesion: f64, tan_friction: f64 }
 //!
@@ -197,8 +198,8 @@ pub trait JointLaw: Debug + Send + Sync {
     }
 
     /// Tangent of the friction angle of contacts, if [`contact_strength`](Self::contact_strength)
-    /// is proportional to the pressure. Contacts then need not evaluate it at every point. With
-    /// `None` they do.
+    /// is proportional to the pressure. Contacts then do not evaluate the strength at every point.
+    /// With `None` they do.
     fn tan_contact_friction(&self) -> Option<f64> {
         None
     }
@@ -208,8 +209,9 @@ pub trait JointLaw: Debug + Send + Sync {
         None
     }
 
-    /// Mode in which a bonded point fails under a traction, eq. (12). This and the next methods follow
-    /// from [`tension`](Self::tension) and [`peak`](Self::peak); laws do not replace them.
+    /// Mode in which a bonded point fails under a traction, eq. (12). This and the following
+    /// methods derive from [`tension`](Self::tension) and [`peak`](Self::peak); laws do not
+    /// override them.
     #[doc(alias = "eq 12")]
     fn failure(&self, normal: f64, shear: f64) -> Option<FailureMode> {
         if normal > self.tension() {
@@ -232,7 +234,7 @@ pub trait JointLaw: Debug + Send + Sync {
         any
     }
 
-    /// Divisor of a traction at which a bonded point no longer fails, to a part in a thousand; 1 if
+    /// Smallest divisor of a traction with which a bonded point does not fail, within 0.1 %; 1 if
     /// the point does not fail.
     fn overload(&self, normal: f64, shear: f64) -> f64 {
         let fails = |by: f64| self.failure(normal / by, shear / by).is_some();

@@ -17,7 +17,7 @@ use super::response::respond;
 use super::{JointLaw, Opening, PointLoss, PointState, SpringStiffness, Traction};
 
 /// Largest drag that settles an account, as a fraction of the spring stiffness times the
-/// displacement increment of a step. This is the most that faces that part within a step can owe.
+/// displacement increment of a step. Faces that part within a step owe at most this much.
 const MOST_DRAG: f64 = 0.25;
 
 /// Springs and dashpot of a failed point.
@@ -45,7 +45,7 @@ impl PointSprings {
         let du = opening.normal - (state.gap + state.applied_dilation);
         let last = state.drag;
         if let Some(time_step) = self.time_step {
-            // Set before the springs, because friction depends on it.
+            // The dashpot is set before the springs, because friction depends on it.
             let dashpot = if time_step > 0.0 { self.dashpot * du / time_step } else { 0.0 };
             state.drag = [dashpot, 0.0];
         }
