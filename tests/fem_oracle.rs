@@ -77,7 +77,7 @@ fn constant_strain_is_exact_on_a_distorted_graded_mesh() {
 }
 
 #[test]
-fn rigid_motions_cost_nothing_and_everything_else_does() {
+fn only_rigid_motions_have_zero_energy() {
     let mesh = distorted_cube();
     for formulation in [Formulation::Standard, Formulation::Incompatible] {
         let element = &mesh.elements[3];
@@ -98,7 +98,7 @@ fn rigid_motions_cost_nothing_and_everything_else_does() {
 }
 
 #[test]
-fn mass_and_volume_are_those_of_the_region() {
+fn mass_and_volume_equal_the_region() {
     let mesh = distorted_cube();
     let filled: f64 = mesh.elements.iter().map(|element| fem::volume(&mesh.corners(element))).sum();
     assert!((filled - 1.0).abs() < 1e-12, "{filled}");
@@ -109,7 +109,7 @@ fn mass_and_volume_are_those_of_the_region() {
 }
 
 #[test]
-fn elements_are_counted_and_numbered_as_defined() {
+fn element_counts_and_numbering_match_definition() {
     let mesh = Lattice::boxed([4.0; 3], [4; 3], 4, 0.01, ROCK).mesh();
     let count = |kind| mesh.elements.iter().filter(|element| element.kind == kind).count();
     assert_eq!(mesh.nodes.len(), 8000);
@@ -123,7 +123,7 @@ fn elements_are_counted_and_numbered_as_defined() {
 }
 
 #[test]
-fn joints_end_at_removed_blocks_and_take_the_most_compliant_material() {
+fn joints_end_at_removed_blocks_and_take_softest_material() {
     let soft = Elastic { young: 1e9, ..ROCK };
     let mut lattice = Lattice::boxed([2.0; 3], [2; 3], 1, 0.1, ROCK);
     lattice.joint = Box::new(move |face: Face| {
@@ -144,7 +144,7 @@ fn joints_end_at_removed_blocks_and_take_the_most_compliant_material() {
 }
 
 #[test]
-fn an_oblique_gap_has_its_thickness_along_the_normal() {
+fn oblique_gap_has_thickness_along_normal() {
     let slope = 60f64.to_radians();
     let mut lattice = Lattice::boxed([2.0, 1.0, 1.0], [2, 1, 1], 1, 0.1, ROCK);
     lattice.axes[1] = Vector3::new(slope.cos(), slope.sin(), 0.0);
@@ -184,7 +184,7 @@ fn incompatible_elements_bend_as_timoshenko_beams_do() {
 }
 
 #[test]
-fn the_largest_eigenvalue_is_that_of_the_dense_matrix() {
+fn largest_eigenvalue_equals_dense_solution() {
     let mesh = distorted_cube();
     let system = System::assemble(&mesh, Formulation::Standard);
     let fixed: Vec<bool> = (0..mesh.dofs()).map(|dof| mesh.nodes[dof / 3].z < 1e-9).collect();
@@ -199,7 +199,7 @@ fn the_largest_eigenvalue_is_that_of_the_dense_matrix() {
 }
 
 #[test]
-fn a_free_bar_rings_at_its_period_and_keeps_its_energy() {
+fn free_bar_vibrates_at_exact_period_and_keeps_energy() {
     let steel = Elastic { density: 8000.0, young: 200e9, poisson: 0.0 };
     let mesh = Lattice::boxed([10.0, 0.5, 0.5], [10, 1, 1], 2, 0.01, steel).mesh();
     let system = System::assemble(&mesh, Formulation::Standard);
@@ -241,7 +241,7 @@ fn line_loaded_beam(thickness: f64) -> (Mesh, Vec<f64>, Vec<Option<f64>>) {
 }
 
 #[test]
-fn the_beam_agrees_with_the_stored_solution() {
+fn beam_agrees_with_stored_solution() {
     let (mesh, load, prescribed) = line_loaded_beam(0.01);
     let system = System::assemble(&mesh, Formulation::Standard);
     let solution = system.solve(&load, &prescribed);
@@ -267,7 +267,7 @@ fn the_beam_agrees_with_the_stored_solution() {
 }
 
 #[test]
-fn thinner_and_thicker_joints_bend_the_beam_as_computed_elsewhere() {
+fn beam_deflection_for_other_joint_thickness_is_reproduced() {
     for (thickness, expected) in [(0.001, -6.80937e-4), (0.05, -6.82077e-4)] {
         let (mesh, load, prescribed) = line_loaded_beam(thickness);
         let system = System::assemble(&mesh, Formulation::Standard);

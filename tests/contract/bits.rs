@@ -27,7 +27,7 @@ fn run(how: How) -> [Vec<u8>; 2] {
 }
 
 #[test]
-fn tables_are_the_same_bytes_however_a_deck_is_run() {
+fn tables_are_identical_for_any_threads_and_simd() {
     let expected = run(How::default());
     assert!(expected[0].len() > 10_000 && expected[1].len() > 10_000);
     for threads in [2, 3] {
@@ -64,7 +64,7 @@ fn state(threads: usize, simd: Simd) -> Vec<u64> {
 }
 
 #[test]
-fn fields_are_the_same_bits_on_any_threads_and_instructions() {
+fn fields_are_identical_for_any_threads_and_simd() {
     let expected = state(1, Simd::default());
     for threads in [2, 3] {
         assert!(state(threads, Simd::default()) == expected, "{threads} threads");

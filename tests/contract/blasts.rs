@@ -11,7 +11,7 @@ fn blast() -> String {
 
 #[test]
 #[ignore = "takes minutes"]
-fn a_large_blast_is_the_same_bits_on_two_threads_and_through_a_checkpoint() {
+fn large_blast_has_same_bits_on_two_threads_and_after_resume() {
     let [one, two] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
     let clock = std::time::Instant::now();
     assert!(run_into(&blast(), one.path(), How::default()));

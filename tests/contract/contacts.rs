@@ -70,7 +70,7 @@ fn compare(expected: &[(String, Vec<u64>)], found: &[(String, Vec<u64>)], how: &
 }
 
 #[test]
-fn rubble_has_the_same_bytes_however_it_is_run() {
+fn rubble_results_are_identical_for_any_threads_and_simd() {
     let expected = files(How::default());
     for threads in [2, 3] {
         compare(
@@ -85,7 +85,7 @@ fn rubble_has_the_same_bytes_however_it_is_run() {
 }
 
 #[test]
-fn interrupted_while_blocks_meet() {
+fn run_interrupted_during_contact_resumes() {
     let (expected, steps) = interrupted(&rubble(), &[]);
     let [hit, rest] = [steps[0], steps[1]];
     println!("steps of the stages: {steps:?}");
@@ -120,7 +120,7 @@ fn resumed(folder: &Path, state: &[u8]) -> String {
 }
 
 #[test]
-fn a_checkpoint_with_a_state_that_cannot_be_is_refused() {
+fn impossible_checkpoint_state_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let how = How { stop_after: Some(800), ..How::default() };
     assert!(!run_into(&rubble(), folder.path(), how));
@@ -139,10 +139,10 @@ fn a_checkpoint_with_a_state_that_cannot_be_is_refused() {
         (changed(0, whole[0] + 1), "run again from the start"),
         (changed(1, whole[1] + 1), "another model"),
     ] {
-        let said = resumed(folder.path(), &wrong);
+        let message = resumed(folder.path(), &wrong);
         assert!(
-            said.contains("checkpoint.h5` cannot be resumed") && said.contains(reason),
-            "{said}"
+            message.contains("checkpoint.h5` cannot be resumed") && message.contains(reason),
+            "{message}"
         );
     }
     assert!(run_into(&rubble(), folder.path(), How { resume: true, ..How::default() }));
@@ -190,7 +190,7 @@ damping = { local = 0.8 }
 
 /// Sums that an engineer takes from the file: at each level the contacts carry the weight above.
 #[test]
-fn forces_in_the_results_bear_the_weight() {
+fn contact_forces_in_results_carry_weight() {
     let folder = tempfile::tempdir().expect("a folder");
     assert!(run_into(PILE, folder.path(), How::default()));
     let frames = Frames::open(folder.path().join("contacts.vtkhdf"));

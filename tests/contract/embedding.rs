@@ -17,7 +17,7 @@ use ddem::{Deck, Fault, ModelError, RunError, Simulation};
 fn passes_on<E: Error + Send + Sync + 'static>() {}
 
 #[test]
-fn errors_are_errors() {
+fn errors_pass_through_question_mark() {
     passes_on::<Fault>();
     passes_on::<ModelError>();
     passes_on::<RunError>();
@@ -50,7 +50,7 @@ fn fails(text: Option<&str>) -> Result<Simulation, Box<dyn Error>> {
 
 /// The `Debug` text says it too, because a `main` that returns an error prints it.
 #[test]
-fn errors_say_what_is_wrong_where_and_what_helps() {
+fn errors_name_cause_place_and_remedy() {
     let unknown = "[materials.rock]\ndensity = 2400\nyoung = 18e9\npossion = 0.25\n";
     for (text, wanted) in [
         (None, &["materials.rock.poisson", "0.75", "0.5"][..]),
@@ -61,16 +61,16 @@ fn errors_say_what_is_wrong_where_and_what_helps() {
         ),
     ] {
         let error = fails(text).map(|_| ()).expect_err("a mistake");
-        let said = error.to_string();
-        assert!(wanted.iter().all(|part| said.contains(part)), "{said}");
-        assert_eq!(format!("{error:?}"), said);
+        let message = error.to_string();
+        assert!(wanted.iter().all(|part| message.contains(part)), "{message}");
+        assert_eq!(format!("{error:?}"), message);
     }
 }
 
 /// Errors state the fact alone, because the remedy differs between command line, Python and Rust. A
 /// chain of errors repeats nothing.
 #[test]
-fn errors_of_files_say_the_fact_alone_and_once() {
+fn file_errors_state_fact_once() {
     let folder = || "results".into();
     let path = || "results/energy.csv".into();
     let operation = "writing";
@@ -105,15 +105,15 @@ fn errors_of_files_say_the_fact_alone_and_once() {
         ),
     ];
     for (error, wanted) in all {
-        let said = error.to_string();
-        assert!(said.starts_with(wanted) && !said.contains("--"), "{said}");
+        let message = error.to_string();
+        assert!(message.starts_with(wanted) && !message.contains("--"), "{message}");
         let below = error.source().map(ToString::to_string);
-        assert!(below.is_none_or(|below| !said.contains(&below)), "{said}");
+        assert!(below.is_none_or(|below| !message.contains(&below)), "{message}");
     }
 }
 
 #[test]
-fn types_of_dependencies_come_with_the_library() -> Result<(), Box<dyn Error>> {
+fn dependency_types_are_reexported() -> Result<(), Box<dyn Error>> {
     let shear = ddem::nalgebra::Vector2::new(3e3, 4e3);
     assert_eq!(Traction { normal: -1e4, shear }.shear.norm(), 5e3);
     let table: ddem::deck::toml::Table = "title = 'a deck'".parse()?;
@@ -125,7 +125,7 @@ fn types_of_dependencies_come_with_the_library() -> Result<(), Box<dyn Error>> {
 
 /// The Rust code in README.md is part of the examples, which are compiled.
 #[test]
-fn the_code_in_the_readme_is_that_of_the_examples() -> Result<(), Box<dyn Error>> {
+fn readme_code_is_in_the_examples() -> Result<(), Box<dyn Error>> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let readme = fs::read_to_string(root.join("README.md"))?;
     let mut examples = String::new();

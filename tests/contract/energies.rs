@@ -51,13 +51,13 @@ fn imbalance(deck: &str) -> f64 {
 }
 
 #[test]
-fn while_relaxing() {
+fn energies_balance_in_relaxation() {
     let found = imbalance(COLUMN);
     assert!(found < 1e-9, "{found}");
 }
 
 #[test]
-fn with_every_damping_of_a_driven_support() {
+fn energies_balance_with_every_damping() {
     for damping in ["\"none\"", "{ ratio = 0.02 }", "{ mass = 50.0 }", "{ local = 0.3 }"] {
         let found = imbalance(&format!("{COLUMN}{DRIVEN}damping = {damping}\n"));
         assert!(found < 1e-7, "{damping}: {found}");

@@ -110,7 +110,7 @@ fn pulled(shear: f64) -> Simulation {
 }
 
 #[test]
-fn programs_add_a_law_a_load_a_field_and_a_shape() {
+fn program_adds_law_load_field_and_shape() {
     // Tractions on a plane with the normal (1, −s, 0)/√(1 + s²) under a tension along x.
     let shear = TENSION * SLANT / (1.0 + SLANT * SLANT);
     let mut holds = pulled(1.02 * shear);

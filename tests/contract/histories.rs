@@ -61,7 +61,7 @@ fn assert_pace(text: &str, exact: [f64; 8]) {
 }
 
 #[test]
-fn a_ramp_counts_from_its_stage_and_ends_with_another() {
+fn ramp_starts_with_its_stage_and_ends_with_another() {
     // a = t/0.2, then 1; zero from the start of `go`.
     let ramp = "{ ramp = 0.2 }";
     assert_pace(&point(ramp, "until = 'go'"), [0.0, 0.0, 0.025, 0.1, 0.2, 0.3, 0.3, 0.3]);
@@ -69,7 +69,7 @@ fn a_ramp_counts_from_its_stage_and_ends_with_another() {
 }
 
 #[test]
-fn a_table_is_linear_between_its_rows_and_constant_outside() {
+fn table_is_linear_between_rows_and_constant_outside() {
     // 1 until 0.1, linear to −1 at 0.3, and constant afterwards.
     let table = "{ table = [[0.1, 1.0], [0.3, -1.0]] }";
     let exact = [0.0, 0.0, 0.1, 0.15, 0.1, 0.0, -0.1, -0.2];
@@ -77,7 +77,7 @@ fn a_table_is_linear_between_its_rows_and_constant_outside() {
 }
 
 #[test]
-fn a_load_without_history_acts_at_once() {
+fn load_without_history_acts_at_once() {
     let text = edited(&point("", ""), "history = \n", "");
     assert_pace(&text, [0.0, 0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6]);
 }
@@ -132,7 +132,7 @@ every = 1e-4
 ";
 
 #[test]
-fn driven_supports_move_as_they_are_told_and_let_go() {
+fn driven_supports_follow_history_and_release() {
     let run = run(&format!("{MATTER}{DRIVEN}"));
     let series = ["x", "y", "z"].map(|axis| run.probes.series(&format!("end.{axis}")));
     for [time, x] in &series[0] {

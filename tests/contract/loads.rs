@@ -56,7 +56,7 @@ fn load(region: &str, what: &str, exact: [f64; 3]) {
 }
 
 #[test]
-fn tractions_are_integrated_over_what_is_selected() {
+fn tractions_are_integrated_over_selected_faces() {
     let (traction, t) = ("traction = [1e4, -2e4, 3e4]", [1e4, -2e4, 3e4]);
     let times = |area: f64| t.map(|t| t * area);
     load("z = 1.5", traction, times(6.0));
@@ -77,7 +77,7 @@ fn pressure_acts_inward_on_every_outer_face() {
 }
 
 #[test]
-fn lines_are_shared_at_a_gap_and_not_doubled() {
+fn line_load_at_gap_is_shared_not_doubled() {
     let line = "line = [1e3, 2e3, -3e3]";
     let times = |length: f64| [1e3, 2e3, -3e3].map(|t| t * length);
     load("x = 4.0, z = 1.5", line, times(2.0));
@@ -87,7 +87,7 @@ fn lines_are_shared_at_a_gap_and_not_doubled() {
 }
 
 #[test]
-fn a_force_is_what_it_says_in_all() {
+fn force_is_total_over_selection() {
     let force = "force = [5e3, 6e3, 7e3]";
     for region in ["x = 4.0, y = 1.0, z = 1.5", "x = 3.0", "z = 1.5", "set = 'wall'"] {
         load(region, force, [5e3, 6e3, 7e3]);
@@ -95,7 +95,7 @@ fn a_force_is_what_it_says_in_all() {
 }
 
 #[test]
-fn gravity_pulls_at_the_whole_volume_joints_included() {
+fn gravity_acts_on_blocks_and_joints() {
     let text = edited(&deck(""), "[model]", "[model]\ngravity = [1.0, -2.0, -9.81]");
     // Two joint planes across x of 2 m² and one across y of 3 m², 20 mm thick; they cross.
     let (across_x, across_y) = (2.0 * 0.02 * 2.0, 0.02 * 3.0);
@@ -106,7 +106,7 @@ fn gravity_pulls_at_the_whole_volume_joints_included() {
 }
 
 #[test]
-fn loads_on_both_sides_of_a_plane_in_a_gap_are_shared_evenly() {
+fn load_on_plane_in_gap_is_shared_evenly() {
     let extra = "
 [[load]]
 where = { x = 2.0, y = 1.0, z = 1.5 }
@@ -128,7 +128,7 @@ quantity = 'displacement'
 }
 
 #[test]
-fn what_a_removed_block_leaves_is_a_free_face() {
+fn removed_block_leaves_free_face() {
     let removed = "[[remove]]\nwhere = { x = [3.0, 4.0], y = [0.0, 1.0] }\n";
     // The face at the cavity is set back by half of the joint and can be loaded.
     let cavity = "[[load]]\nwhere = { x = [2.985, 2.995] }\npressure = 1e5\n";

@@ -8,15 +8,15 @@ mod shared;
 
 mod bits;
 mod blasts;
-mod breaking;
 mod contacts;
 mod decks;
 mod embedding;
 mod energies;
 mod extending;
 mod histories;
+mod joint_failure;
 mod loads;
 mod memory;
+mod naming;
 mod resume;
 mod session;
-mod words;

@@ -17,7 +17,7 @@ fn status(name: &str) -> f64 {
 /// million_nodes_are`.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_million_nodes_are_built_in_seconds_and_in_little_memory() {
+fn million_nodes_are_built_fast_in_little_memory() {
     if std::env::var_os("SLOW").is_none() {
         eprintln!("NOT CHECKED: set SLOW=1, and run this test alone");
         return;
@@ -81,7 +81,7 @@ fn million(probes: usize, shafts: usize) -> String {
 /// excavations`.
 #[cfg(target_os = "linux")]
 #[test]
-fn probes_and_excavations_cost_little_beside_a_million_nodes() {
+fn probes_and_excavations_cost_little_with_a_million_nodes() {
     if std::env::var_os("SLOW").is_none() {
         eprintln!("NOT CHECKED: set SLOW=1, and run this test alone");
         return;

@@ -7,8 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use ddem_io::folder::Earlier;
 use ddem_io::run::{Event, Observer, Options, Outcome, RunFailure, run};
 
-use super::breaking::torn;
 use super::decks::mixed;
+use super::joint_failure::torn;
 use super::shared::{Frames, How, run_into};
 
 const FIELDS: [(&str, &str, &str); 21] = [
@@ -83,7 +83,7 @@ pub(crate) fn interrupted(text: &str, stops: &[u64]) -> (Vec<(String, Vec<u64>)>
 }
 
 #[test]
-fn interrupted_runs_end_the_same_bit_for_bit() {
+fn interrupted_runs_resume_with_same_bits() {
     let (expected, steps) = interrupted(&mixed(), &[]);
     let [relax, shake] = [steps[0], steps[1]];
     println!("steps of the stages: {steps:?}");
@@ -110,7 +110,7 @@ fn interrupted_runs_end_the_same_bit_for_bit() {
 }
 
 #[test]
-fn interrupted_while_joints_break_and_slide() {
+fn run_interrupted_during_failure_resumes() {
     let text = torn(1.0).replace("divisions = 4", "divisions = 2");
     let (expected, steps) = interrupted(&text, &[]);
     let [relax, pull] = [steps[0], steps[1]];
@@ -152,7 +152,7 @@ impl Observer for CopyAfterFirst {
 }
 
 #[test]
-fn a_run_that_was_cut_off_goes_on_from_the_end_of_the_stage_before() {
+fn killed_run_resumes_from_end_of_previous_stage() {
     let [whole, cut] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
     // Dynamic stages in sequence, with different damping.
     let motion = "kind = 'dynamic'\nduration = 2e-4\ndamping = { ratio = 0.05 }";
@@ -212,7 +212,7 @@ fn stopped(text: &str, when: fn(&Event<'_>) -> bool, at_steps: bool) -> Vec<(Str
 }
 
 #[test]
-fn stopped_before_the_first_step_of_a_stage() {
+fn run_stopped_before_first_step_resumes() {
     // A second relaxation computes its masses; a dynamic stage already has its critical step.
     for (text, kind) in [(mixed(), "dynamic"), (settling_twice(), "relax")] {
         let (expected, _) = interrupted(&text, &[]);
@@ -233,7 +233,7 @@ fn settling_twice() -> String {
 }
 
 #[test]
-fn stopped_as_the_first_joints_fail() {
+fn run_stopped_at_first_failure_resumes() {
     let text = torn(1.0).replace("divisions = 4", "divisions = 2");
     let (expected, _) = interrupted(&text, &[]);
     // After the start of the pull, the long operation is the critical step of broken joints.
@@ -245,7 +245,7 @@ fn stopped_as_the_first_joints_fail() {
 }
 
 #[test]
-fn stopped_before_anything_is_written() {
+fn run_stopped_before_output_leaves_no_folder() {
     let folder = tempfile::tempdir().expect("a folder");
     let (deck, source) = ddem_deck::parse(&mixed(), "test.toml").expect("a deck");
     let mut observer =

@@ -46,7 +46,7 @@ fn last(folder: &Path, file: &str, field: (&str, &str)) -> Vec<u64> {
 }
 
 #[test]
-fn stages_of_a_program_are_those_of_the_deck_bit_for_bit() {
+fn session_stages_equal_deck_stages_bit_for_bit() {
     let [run, own] = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
     assert!(run_into(&mixed(), run.path(), How::default()));
     let deck = deck(&mixed());
@@ -86,7 +86,7 @@ fn stages_of_a_program_are_those_of_the_deck_bit_for_bit() {
 }
 
 #[test]
-fn a_folder_belongs_to_one_model() {
+fn folder_belongs_to_one_model() {
     let folder = tempfile::tempdir().expect("a folder");
     let untitled = |density: f64| {
         let mut deck = deck(&mixed());
@@ -110,7 +110,7 @@ fn a_folder_belongs_to_one_model() {
 }
 
 #[test]
-fn what_a_program_computed_must_be_there_again() {
+fn resume_needs_the_computed_histories_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("saved.h5");
     let deck = deck(&mixed());
@@ -125,27 +125,27 @@ fn what_a_program_computed_must_be_there_again() {
 }
 
 #[test]
-fn looks_on_the_way_change_no_bit_and_end_a_stage_as_its_time_does() {
+fn callbacks_change_no_bit_and_may_end_a_stage() {
     let deck = deck(&mixed());
-    let (mut plain, mut looked) = (session(&deck), session(&deck));
+    let (mut plain, mut paused) = (session(&deck), session(&deck));
     let all = all_stages(&mut plain, None);
     let mut samples = Samples::default();
-    for stage in looked.site().deck().stage.clone() {
+    for stage in paused.site().deck().stage.clone() {
         let every = stage.duration.map(|duration| duration / 7.0);
         let mut begun =
-            looked.begin(&stage, None, every, &mut samples).expect("a stage").expect("begun");
+            paused.begin(&stage, None, every, &mut samples).expect("a stage").expect("begun");
         let mut looks = 0;
-        while looked.advance(&mut begun, &mut samples).expect("steps") == StageStatus::Paused {
+        while paused.advance(&mut begun, &mut samples).expect("steps") == StageStatus::Paused {
             looks += 1;
             // Evaluations change nothing.
-            let simulation = looked.simulation_mut();
+            let simulation = paused.simulation_mut();
             let _ = (simulation.energy(), simulation.contacts(), simulation.forces());
         }
-        looked.end(begun, true, &mut samples).expect("an end");
+        paused.end(begun, true, &mut samples).expect("an end");
         // The seventh pause is the end itself, or one step beside it.
         assert!(every.map_or(looks == 0, |_| (6..=7).contains(&looks)), "{looks}");
     }
-    assert_eq!(looked.simulation().save(), plain.simulation().save());
+    assert_eq!(paused.simulation().save(), plain.simulation().save());
     let bits = |samples: &Samples| format!("{:?}", samples.0);
     assert_eq!(bits(&samples), bits(&all));
     // A stage ended at a pause lasts until there, and other stages can follow it.
@@ -167,7 +167,7 @@ fn looks_on_the_way_change_no_bit_and_end_a_stage_as_its_time_does() {
 }
 
 #[test]
-fn a_session_has_no_stage_for_a_factor_of_safety() {
+fn session_has_no_safety_stage() {
     let mut session = session(&deck(&mixed()));
     let stage = Stage { name: "safety".into(), kind: StageKind::Safety, ..Stage::default() };
     let error = session.stage(&stage, None, &mut Samples::default()).expect_err("no stage for it");

@@ -184,7 +184,7 @@ fn pushed(hollow: &Hollow, mesh: &Mesh, cell: [usize; 3]) -> Vec<f64> {
 }
 
 #[test]
-fn a_charge_in_a_missing_block() {
+fn charge_in_missing_block_equals_fem() {
     let unit = [Vec3::x(), Vec3::y(), Vec3::z()];
     let slant = Vec3::new(0.2, 0.3, 1.0).normalize();
     let oblique = [Vec3::x(), Vec3::new(0.4, 1.0, 0.0).normalize(), slant];
@@ -209,7 +209,7 @@ fn a_charge_in_a_missing_block() {
 /// A staircase around a ball, where only the walls carry the pressure. The surfaces that close the
 /// gaps between them are as small as the joints are thin, and so is the difference.
 #[test]
-fn a_charge_in_a_staircase() {
+fn charge_in_staircase_cavity_equals_fem() {
     let (count, size) = (8, 4.0);
     let cuts = [0, 1, 2].map(|_| uniform(count, size));
     let far = |cell: &[usize; 3]| {

@@ -52,7 +52,7 @@ fn random(count: usize) -> Vec<f64> {
 }
 
 #[test]
-fn forces_are_the_stiffness_times_any_displacement() {
+fn forces_equal_stiffness_times_displacement() {
     // The corotational model is linear except for the rotation of the blocks, here about 1e-9. R is
     // known to rounding, compared with strains of the order of 1e-7.
     let cases = [(Kinematics::Small, 1e-3, 1e-12), (Kinematics::Corotational, 1e-8, 1e-8)];
@@ -70,7 +70,7 @@ fn forces_are_the_stiffness_times_any_displacement() {
 }
 
 #[test]
-fn masses_and_diagonals_are_those_of_the_assembled_matrices() {
+fn masses_and_diagonals_equal_assembled_matrices() {
     for sample in samples() {
         let (simulation, mesh, system) = both(&sample, Kinematics::Small);
         let model = simulation.model();
@@ -89,7 +89,7 @@ fn masses_and_diagonals_are_those_of_the_assembled_matrices() {
 }
 
 #[test]
-fn the_critical_step_is_that_of_the_largest_eigenvalue() {
+fn critical_step_follows_from_largest_eigenvalue() {
     for sample in samples() {
         let (mut simulation, mesh, system) = both(&sample, Kinematics::Small);
         let exact = 2.0 / system.largest_eigenvalue(&vec![false; mesh.dofs()]).sqrt();
@@ -100,7 +100,7 @@ fn the_critical_step_is_that_of_the_largest_eigenvalue() {
 }
 
 #[test]
-fn relaxation_ends_at_the_direct_solution() {
+fn relaxation_converges_to_direct_solution() {
     for sample in samples().iter().filter(|sample| sample.cells() > 1) {
         let mut sample = sample.clone();
         sample.loaded = true;
@@ -116,7 +116,7 @@ fn relaxation_ends_at_the_direct_solution() {
 }
 
 #[test]
-fn damped_motion_is_the_scheme_on_the_assembled_matrix() {
+fn damped_motion_equals_scheme_with_assembled_matrix() {
     for sample in samples() {
         let stiffness = Damping::Stiffness(2e-5);
         for damping in [Damping::Ratio(0.03), Damping::Mass(200.0), stiffness, Damping::None] {

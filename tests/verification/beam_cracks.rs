@@ -40,7 +40,7 @@ fn elastic() -> ([f64; 2], [f64; 3]) {
 }
 
 #[test]
-fn it_cracks_from_below_at_midspan() {
+fn beam_cracks_from_below_at_midspan() {
     let case = of("v08_beam_cracks");
     let run = run(&example(case.deck));
     let joints = Frames::open(run.path("joints.vtkhdf"));
@@ -107,7 +107,7 @@ quantity = \"reaction\"
 }
 
 #[test]
-fn a_load_at_rest_cracks_it_when_it_is_large_enough() {
+fn static_load_above_strength_cracks_beam() {
     let case = of("v08_beam_cracks");
     let load = elastic().0[0] * STRENGTH;
     let failed = |run: &Run| run.summary.failed_pairs.tension + run.summary.failed_pairs.shear;

@@ -5,7 +5,7 @@ use super::record::{at_most, check, of};
 use super::shared::{example, run};
 
 #[test]
-fn a_piston() {
+fn gas_accelerates_piston_exactly() {
     let case = of("blast_piston");
     let run = run(&example(case.deck));
     let way = run.probes.series("way.z");
@@ -38,7 +38,7 @@ fn pulse(time: f64, [alpha, beta]: [f64; 2]) -> f64 {
 }
 
 #[test]
-fn a_pulse_in_a_column() {
+fn blast_pulse_travels_along_column() {
     let case = of("blast_column");
     let run = run(&example(case.deck));
     let seen = run.probes.series("mid.x");

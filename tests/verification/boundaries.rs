@@ -42,12 +42,12 @@ fn leaves(deck: &str, axis: &str, [speed, peak, length]: [f64; 3]) {
 }
 
 #[test]
-fn compression_leaves() {
+fn viscous_boundary_absorbs_compression_wave() {
     leaves("v14_p", "x", [3000.0, 1e6 / (2400.0 * 3000.0), 4e-3]);
 }
 
 #[test]
-fn shear_leaves() {
+fn viscous_boundary_absorbs_shear_wave() {
     let speed = (7.2e9_f64 / 2400.0).sqrt();
     leaves("v14_s", "y", [speed, 1e5 / (2400.0 * speed), 6e-3]);
 }
@@ -59,7 +59,7 @@ fn pulse(time: f64) -> f64 {
 }
 
 #[test]
-fn a_wave_from_below() {
+fn incoming_wave_doubles_at_free_surface() {
     let case = of("v14_wave");
     let shear = example(case.deck);
     let free = edited(&shear, "axes = \"yz\"", "axes = \"xy\"");
@@ -88,7 +88,7 @@ fn peaks(run: &Run) -> [[f64; 2]; 2] {
 }
 
 #[test]
-fn level_ground() {
+fn free_field_sides_act_as_level_ground() {
     let case = of("v14_free_field");
     let text = example(case.deck);
     let run = run(&text);

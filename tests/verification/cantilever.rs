@@ -8,7 +8,7 @@ use super::shared::{edited, example, run};
 const EXACT: f64 = -(1e5 * 512.0 / (3.0 * 18e9 / 12.0) + 1e5 * 8.0 / (5.0 / 6.0 * 7.2e9));
 
 #[test]
-fn standard_elements_lock() {
+fn standard_elements_lock_in_bending() {
     let case = of("cantilever_standard");
     let run = run(&example(case.deck));
     let part = run.last("tip.z") / EXACT;
@@ -17,7 +17,7 @@ fn standard_elements_lock() {
 }
 
 #[test]
-fn incompatible_elements_bend() {
+fn incompatible_elements_bend_exactly() {
     let case = of("cantilever_incompatible");
     let run = run(&example(case.deck));
     check(case, "u_z of the tip [m]", EXACT, run.last("tip.z"), Relative(0.02));
@@ -26,7 +26,7 @@ fn incompatible_elements_bend() {
 
 /// A deck without settings has the element that bends, and its joints may be as thin as desired.
 #[test]
-fn what_sets_nothing_bends() {
+fn default_element_bends_exactly() {
     let case = of("cantilever_default");
     let deck = example(case.deck);
     let steps = |text: &str, name: &str| {

@@ -60,7 +60,7 @@ fn changes(text: &str, first: usize) -> [f64; 2] {
 }
 
 #[test]
-fn two_blocks_collide() {
+fn collision_of_two_blocks_is_exact() {
     let case = of("v10_collide");
     let rigid = example(case.deck);
     let both = body(&rigid, "first", "deformable");
@@ -121,7 +121,7 @@ fn momentum(text: &str) -> f64 {
 }
 
 #[test]
-fn a_cube_comes_back_from_a_wall() {
+fn cube_rebounds_from_wall() {
     let case = of("v10_wall");
     let mass = 300.0;
     for (how, text) in positions(&example(case.deck)) {

@@ -5,7 +5,7 @@ use super::record::{between, check, of};
 use super::shared::{example, run};
 
 #[test]
-fn in_space() {
+fn error_decreases_with_square_of_element_size() {
     // A sagging square shaft, its series and the bilinear values to nine digits.
     let exact = -0.0736713533 * 2400.0 * 10.0 / 7.2e9;
     let decks = ["v15_convergence_n2", "v15_convergence_n4", "v15_convergence_n8"];
@@ -21,7 +21,7 @@ fn in_space() {
 }
 
 #[test]
-fn in_time() {
+fn error_decreases_with_square_of_time_step() {
     let decks = ["v15_time_1", "v15_time_2", "v15_time_4", "v15_time_reference"];
     let ends = decks.map(|deck| run(&example(deck)).last("end.x"));
     let error = |i: usize| ends[i] - ends[3];

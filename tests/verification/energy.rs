@@ -48,7 +48,7 @@ pub(crate) fn closes(case: Case, what: &str, run: &Run) {
 }
 
 #[test]
-fn an_undamped_bar_keeps_its_energy_for_100_000_steps() {
+fn undamped_bar_keeps_energy_for_100_000_steps() {
     let case = of("v11_energy");
     let run = run(&example(case.deck));
     at_most(case, "100 000 steps / steps", 1.0, 1e5 / run.steps() as f64);
@@ -64,7 +64,7 @@ fn an_undamped_bar_keeps_its_energy_for_100_000_steps() {
 }
 
 #[test]
-fn damping_takes_what_the_load_gives() {
+fn damping_absorbs_work_of_load() {
     let case = of("v11_damped");
     let run = run(&example(case.deck));
     let external = run.energy.column("external_work");

@@ -198,7 +198,7 @@ fn checked(case: Case, simulation: &mut Simulation) {
 }
 
 #[test]
-fn a_block_of_rock_is_blasted() {
+fn blasted_block_has_exact_volume_momentum_and_gas_work() {
     let case = of("v12_blast");
     let mut watched = Watched::start(&example(case.deck));
     let start = watched.simulation.charge(0).expect("a charge");

@@ -50,7 +50,7 @@ fn rises(samples: &[[f64; 2]], part: f64) -> f64 {
 }
 
 #[test]
-fn a_force_on_a_half_space() {
+fn force_on_half_space_matches_lamb() {
     let case = of("v13_half_space");
     let run = run(&example(case.deck));
     let (slow, fast) = ((SHEAR / DENSITY).sqrt(), (3.0 * SHEAR / DENSITY).sqrt());

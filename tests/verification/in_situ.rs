@@ -22,7 +22,7 @@ fn overburden_stays() {
 }
 
 #[test]
-fn a_face_is_unloaded() {
+fn excavated_face_rises_exactly() {
     let case = of("v16_face");
     let run = run(&example(case.deck));
     let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 2.0 * 0.25));
@@ -43,7 +43,7 @@ fn kirsch(distance: f64) -> f64 {
 }
 
 #[test]
-fn a_round_tunnel_closes() {
+fn round_tunnel_closes_as_kirsch() {
     let distances = [2.0, 3.0, 4.0];
     let errors = |deck: &str, allowed: f64| {
         let case = of(deck);

@@ -18,7 +18,7 @@ pub(crate) fn rate(points: impl Iterator<Item = [f64; 2]> + Clone) -> f64 {
 }
 
 #[test]
-fn it_slides_where_the_slope_is_steeper_than_friction() {
+fn block_slides_on_slope_steeper_than_friction() {
     let case = of("v04_slides");
     let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
     let resisting = G * slope.cos() * friction.tan();
@@ -37,7 +37,7 @@ fn it_slides_where_the_slope_is_steeper_than_friction() {
 
 /// After half a pair spacing the joint is released and a contact replaces it.
 #[test]
-fn it_slides_on_as_a_contact() {
+fn block_keeps_sliding_after_contact_replaces_joint() {
     let case = of("v04_slides");
     let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
     let exact = G * (slope.sin() - slope.cos() * friction.tan());
@@ -55,7 +55,7 @@ fn it_slides_on_as_a_contact() {
 }
 
 #[test]
-fn it_stays_where_friction_is_larger() {
+fn block_stays_on_slope_flatter_than_friction() {
     let case = of("v04_stays");
     let slope = 30_f64.to_radians();
     let run = run(&example(case.deck));
@@ -71,7 +71,7 @@ fn it_stays_where_friction_is_larger() {
 
 /// The friction changes with the stage, for the joint and for the contact that replaces it.
 #[test]
-fn it_slides_with_the_friction_of_the_stage() {
+fn block_slides_with_friction_of_the_stage() {
     let case = of("v04_stages");
     let slope = 20_f64.to_radians();
     let resisting = |friction: f64| G * slope.cos() * friction.to_radians().tan();

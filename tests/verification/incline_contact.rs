@@ -32,7 +32,7 @@ pub(crate) fn spread(run: &Run, column: &str, from: f64) -> f64 {
 }
 
 #[test]
-fn it_slides_on_another_block() {
+fn block_in_contact_slides() {
     let case = of("v04_contact_slides");
     let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
     let resisting = G * slope.cos() * friction.tan();
@@ -58,7 +58,7 @@ fn it_slides_on_another_block() {
 }
 
 #[test]
-fn it_stays_on_another_block() {
+fn block_in_contact_stays() {
     let case = of("v04_contact_stays");
     // A softer block permits longer steps, and the result is the same.
     let soft = edited(&example(case.deck), "young = 18e9", "young = 18e7");
@@ -79,7 +79,7 @@ fn it_stays_on_another_block() {
 
 /// Near the limit undamped blocks flutter, and would neither slide nor stay.
 #[test]
-fn near_the_limit_deformable_blocks_slide_and_stay() {
+fn deformable_blocks_slide_and_stay_near_the_limit() {
     let case = of("v04_contact_steep");
     let text = example(case.deck);
     let slope = 35_f64.to_radians();
@@ -128,7 +128,7 @@ fn softer(text: &str) -> String {
 }
 
 #[test]
-fn it_topples_where_it_is_slender() {
+fn slender_block_in_contact_topples() {
     let case = of("v04_topples");
     let text = example(case.deck);
     topples(case, "rigid", &text, 1.0);
@@ -136,7 +136,7 @@ fn it_topples_where_it_is_slender() {
 }
 
 #[test]
-fn it_topples_over_a_joint_without_strength() {
+fn slender_block_on_joint_without_strength_topples() {
     let case = of("v04_topples_joint");
     let text = example(case.deck);
     topples(case, "rigid", &text, 2.0);

@@ -49,26 +49,26 @@ fn passes(deck: &str, axis: &str, speed: f64) {
 }
 
 #[test]
-fn compression_through_springs() {
+fn compression_wave_passes_spring_joint() {
     passes("v06_p_spring", "x", 3000.0);
 }
 
 #[test]
-fn compression_from_coarse_to_fine() {
+fn compression_wave_passes_nonconforming_joint() {
     passes("v06_refined", "x", 3000.0);
 }
 
 #[test]
-fn compression_through_a_thick_joint() {
+fn compression_wave_passes_thick_joint() {
     passes("v06_p_thick", "x", 3000.0);
 }
 
 #[test]
-fn shear_through_springs() {
+fn shear_wave_passes_spring_joint() {
     passes("v06_s_spring", "y", (7.2e9_f64 / 2400.0).sqrt());
 }
 
 #[test]
-fn shear_through_a_thick_joint() {
+fn shear_wave_passes_thick_joint() {
     passes("v06_s_thick", "y", (7.2e9_f64 / 2400.0).sqrt());
 }

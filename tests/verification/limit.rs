@@ -154,7 +154,7 @@ pub(super) const STRENGTHS: [([f64; 2], &str); 3] =
     [([0.0, 35.0], "friction"), ([12e3, 0.0], "cohesion"), ([6e3, 20.0], "both")];
 
 #[test]
-fn a_block_on_a_plane_slides_at_its_limit() {
+fn block_on_plane_slides_at_limit() {
     let case = of("limit_plane");
     for (strengths, what) in STRENGTHS {
         for body in [Body::Rigid, Body::Deformable] {
@@ -167,7 +167,7 @@ fn a_block_on_a_plane_slides_at_its_limit() {
 }
 
 #[test]
-fn a_block_on_a_layer_or_in_contact_slides_at_its_limit() {
+fn block_on_layer_or_contact_slides_at_limit() {
     let case = of("limit_plane");
     for (strengths, what) in STRENGTHS {
         let what = format!("{what}, layer");
@@ -184,7 +184,7 @@ fn a_block_on_a_layer_or_in_contact_slides_at_its_limit() {
 }
 
 #[test]
-fn a_column_topples_at_its_limit() {
+fn column_topples_at_limit() {
     let case = of("limit_column");
     let weights = [(set("block"), 2400.0)];
     let at = |part: f64| {
@@ -200,7 +200,7 @@ fn a_column_topples_at_its_limit() {
 }
 
 #[test]
-fn a_corbelled_stack_falls_at_its_limit() {
+fn corbelled_stack_falls_at_limit() {
     let case = of("v04_corbel");
     let sets = ["fourth", "third", "second", "top"];
     let weights = sets.map(|name| (set(name), 300.0));
@@ -225,7 +225,7 @@ pub(super) fn wedges(part: f64, contact: bool) -> Deck {
 }
 
 #[test]
-fn two_blocks_slide_at_their_limit() {
+fn two_blocks_slide_at_limit() {
     let case = of("limit_wedges");
     let weights = [(set("active"), 9600.0), (set("passive"), 14400.0)];
     find((case, "joints, rigid"), &weights, 0.4, &|part| wedges(part, false));
@@ -279,7 +279,7 @@ fn rests(simulation: &mut Simulation, way: Way) -> bool {
 }
 
 #[test]
-fn a_slope_has_one_limit() {
+fn all_procedures_find_the_same_slope_limit() {
     let case = of("limit_slope");
     let factors: Vec<f64> = (0..16).map(|i| 1.3 + 0.01 * f64::from(i)).collect();
     let limits = WAYS.map(|(way, _)| {
@@ -309,7 +309,7 @@ fn a_slope_has_one_limit() {
 /// Without a joint, or after a contact has replaced it, the block slides on and finally off the
 /// base. A relaxation stops long before its last step.
 #[test]
-fn a_relaxation_says_that_nothing_holds() {
+fn relaxation_reports_missing_equilibrium() {
     for body in [Body::Rigid, Body::Deformable] {
         let joined = with_body(plane([0.0, 35.0], 2.0), &["block"], body);
         let touching = in_contact(joined.clone(), "plane");

@@ -13,7 +13,7 @@ const YOUNG: f64 = 18e9;
 const SIDE: f64 = 4.0;
 
 #[test]
-fn a_cube_on_a_smooth_base_is_exact_for_any_thickness() {
+fn cube_on_smooth_base_is_exact_for_any_thickness() {
     let case = of("v01_poisson");
     for thickness in ["0.01", "0.001", "0.1"] {
         let old = "thickness = 0.01 ";
@@ -40,7 +40,7 @@ fn a_cube_on_a_smooth_base_is_exact_for_any_thickness() {
 }
 
 #[test]
-fn a_cube_on_the_base_of_the_paper_is_the_finite_element_model() {
+fn cube_on_base_of_paper_equals_finite_elements() {
     let case = of("v01_paper_base");
     let run = run(&example(case.deck));
     check(case, "reaction of the base, z [N]", 800e3, run.last("base.z"), Relative(1e-6));
@@ -76,7 +76,7 @@ fn a_cube_on_the_base_of_the_paper_is_the_finite_element_model() {
 }
 
 #[test]
-fn a_cube_of_rigid_blocks_does_not_grow() {
+fn rigid_cube_does_not_bulge() {
     let case = of("v01_rigid");
     let run = run(&example(case.deck));
     // λ + 2G of the rock is 21.6 GPa.

@@ -42,13 +42,13 @@ fn breaks(case: Case, what: &str, run: &Run, compliance: f64) {
 }
 
 #[test]
-fn a_thick_joint() {
+fn thick_joint_breaks_at_tensile_strength() {
     let case = of("v05_pull_thick");
     breaks(case, "", &run(&example(case.deck)), 1.99 / HELD + 0.01 / 1.2e8);
 }
 
 #[test]
-fn a_spring_joint_without_thickness() {
+fn spring_joint_breaks_at_tensile_strength() {
     let case = of("v05_pull_spring");
     let text = example(case.deck);
     breaks(case, "", &run(&text), 2.0 / HELD + 1.0 / 1e10);
@@ -81,7 +81,7 @@ fn softens(what: &str, text: &str, energy: f64) {
 }
 
 #[test]
-fn softening_takes_the_fracture_energy_for_any_divisions() {
+fn softening_dissipates_fracture_energy_for_any_divisions() {
     let text = example("v05_pull_softening");
     softens("divisions 2", &text, 200.0);
     softens("divisions 4", &edited(&text, "divisions = 2", "divisions = 4"), 200.0);
@@ -89,7 +89,7 @@ fn softening_takes_the_fracture_energy_for_any_divisions() {
 
 /// With contacts an opened joint is released, but not before it has softened.
 #[test]
-fn softening_takes_the_fracture_energy_where_contacts_wait() {
+fn softening_dissipates_fracture_energy_with_contacts() {
     let text = edited(&example("v05_pull_softening"), "contact = false", "contact = true");
     softens("with contact", &text, 200.0);
     let rigid = "joint = \"seam\"\nbody = \"rigid\"\n";
@@ -97,7 +97,7 @@ fn softening_takes_the_fracture_energy_where_contacts_wait() {
 }
 
 #[test]
-fn softening_of_a_thick_joint_takes_the_fracture_energy() {
+fn softening_of_thick_joint_dissipates_fracture_energy() {
     let brittle = "tension = 1e6                      # Pa\n";
     let soft = "tension = 1e6\nfracture_energy = [200, 10000]\n";
     let text = edited(&example("v05_pull_thick"), brittle, soft);
@@ -132,7 +132,7 @@ fn softening_unloads_towards_the_origin() {
 }
 
 #[test]
-fn what_is_broken_closes_without_healing() {
+fn broken_joint_closes_without_healing() {
     let case = of("v05_pull_spring");
     // The joint breaks on the way to 0.25 mm; then the top is pushed to -0.1625 mm, and the joint
     // closes at 0.

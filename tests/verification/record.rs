@@ -341,7 +341,7 @@ fn write(path: &Path, rows: &[Row]) {
 
 /// Tolerances are ten times the error found, unless the row states a reason.
 #[test]
-fn tolerances_are_those_of_the_errors_found() {
+fn tolerances_are_ten_times_the_error() {
     if rewrites() {
         return;
     }
@@ -362,7 +362,7 @@ fn tolerances_are_those_of_the_errors_found() {
 }
 
 #[test]
-fn the_table_has_every_case_and_every_deck_is_a_case() {
+fn every_deck_is_a_case_of_the_table() {
     for file in std::fs::read_dir(shared::root("examples/verification")).expect("the decks") {
         let name = file.expect("a deck").file_name().into_string().expect("plain names");
         let deck = name.strip_suffix(".toml").expect("decks alone");

@@ -7,7 +7,7 @@ use super::shared::{Frames, edited, example, run};
 const WEIGHT: f64 = 2400.0 * 9.81;
 
 #[test]
-fn five_percent_too_much_breaks_the_upper_joint() {
+fn joint_five_percent_overloaded_breaks() {
     let case = of("relax_strength");
     let run = run(&example(case.deck));
     check(case, "upper wall [N], strength / 1.05", WEIGHT, run.last("upper.z"), Relative(1e-6));
@@ -21,7 +21,7 @@ fn five_percent_too_much_breaks_the_upper_joint() {
 }
 
 #[test]
-fn five_percent_to_spare_changes_no_bit() {
+fn joint_with_five_percent_reserve_changes_no_bit() {
     let case = of("relax_strength");
     let text = edited(&example(case.deck), "tension = 11211.4", "tension = 12391.6");
     let run = run(&text);

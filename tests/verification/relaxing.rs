@@ -22,7 +22,7 @@ fn slip(run: &Run) -> f64 {
 
 /// A relaxation that overshot the equilibrium and kept that state would exceed the exact slip.
 #[test]
-fn the_slip_of_a_crack_converges_with_the_mesh() {
+fn crack_slip_converges_with_the_mesh() {
     let case = of("relax_crack");
     let text = example(case.deck);
     for (divisions, allowed) in [(1, 0.08), (2, 0.04), (4, 0.02)] {
@@ -35,7 +35,7 @@ fn the_slip_of_a_crack_converges_with_the_mesh() {
 }
 
 #[test]
-fn the_slip_of_a_crack_is_that_of_slow_motion() {
+fn crack_slip_equals_slow_motion() {
     let case = of("relax_crack");
     // Thicker layers permit longer steps.
     let text = example(case.deck).replace("thickness = 0.001", "thickness = 0.01");
@@ -46,7 +46,7 @@ fn the_slip_of_a_crack_is_that_of_slow_motion() {
 }
 
 #[test]
-fn a_beam_bends_far() {
+fn beam_under_large_rotation_is_exact() {
     let case = of("relax_bend");
     let run = run(&example(case.deck));
     check(case, "tip, u_z [m]", -12.060735, run.last("tip.z"), Relative(0.01));
@@ -55,7 +55,7 @@ fn a_beam_bends_far() {
 }
 
 #[test]
-fn a_support_stretches_a_bar() {
+fn support_displacement_stretches_bar() {
     let case = of("relax_stretch");
     for increments in [1, 5] {
         let text =
@@ -83,7 +83,7 @@ fn failed(run: &Run) -> [bool; 2] {
 }
 
 #[test]
-fn strengths_fall_by_increments() {
+fn strengths_decrease_by_increments() {
     let case = of("relax_weaken");
     let text = example(case.deck);
     let by_parts = run(&text);
@@ -107,7 +107,7 @@ fn strengths_fall_by_increments() {
 }
 
 #[test]
-fn far_from_the_origin_a_tolerance_may_be_out_of_reach() {
+fn tolerance_far_from_origin_may_be_unreachable() {
     let case = of("relax_far");
     let run = run(&example(case.deck));
     let weight = 2.0 * 2400.0 * 9.81;

@@ -89,7 +89,7 @@ fn swings(angles: &[[f64; 2]]) -> Vec<f64> {
 }
 
 #[test]
-fn a_rigid_block_rocks() {
+fn rigid_block_rocks_as_housner() {
     let case = of("v09_rocking");
     let kept = (1.0 - 1.5 * alpha().sin().powi(2)).powi(2);
     for part in [0.25, 0.5, 0.75] {
@@ -112,7 +112,7 @@ fn a_rigid_block_rocks() {
 }
 
 #[test]
-fn a_deformable_block_rocks() {
+fn deformable_block_rocks_as_housner() {
     let case = of("v09_rocking");
     let part = 0.5;
     for divisions in [2, 6] {

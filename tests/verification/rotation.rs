@@ -77,16 +77,16 @@ fn flight(name: &str) {
 }
 
 #[test]
-fn a_block_tumbles() {
+fn tumbling_block_keeps_invariants() {
     flight("v10_spin");
 }
 
 #[test]
-fn a_rigid_block_tumbles() {
+fn tumbling_rigid_block_keeps_invariants() {
     flight("v10_spin_rigid");
 }
 
 #[test]
-fn eight_joined_blocks_tumble() {
+fn tumbling_jointed_blocks_keep_invariants() {
     flight("v10_spin_blocks");
 }

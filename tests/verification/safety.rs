@@ -24,7 +24,7 @@ fn find((case, what): (Case, &str), deck: &Deck) {
 }
 
 #[test]
-fn a_block_on_a_plane_has_its_factor_of_safety() {
+fn block_on_plane_has_exact_factor() {
     let case = of("limit_plane");
     for (strengths, what) in STRENGTHS {
         for body in [Body::Rigid, Body::Deformable] {
@@ -41,7 +41,7 @@ fn a_block_on_a_plane_has_its_factor_of_safety() {
 }
 
 #[test]
-fn two_blocks_have_one_factor_of_safety() {
+fn two_blocks_have_exact_factor() {
     let case = of("limit_wedges");
     find((case, "joints, rigid"), &wedges(PART, false));
     let deck = with_body(wedges(PART, true), &["active", "passive"], Body::Deformable);
@@ -49,7 +49,7 @@ fn two_blocks_have_one_factor_of_safety() {
 }
 
 #[test]
-fn a_column_that_leans_on_a_block_has_its_factor_of_safety() {
+fn leaning_column_has_exact_factor() {
     let case = of("limit_topple");
     for (body, divisions) in [(Body::Rigid, 1), (Body::Deformable, 1), (Body::Deformable, 2)] {
         let mut deck = with_body(deck(&example(case.deck)), &["column", "block"], body);
@@ -61,7 +61,7 @@ fn a_column_that_leans_on_a_block_has_its_factor_of_safety() {
 /// Rigid blocks that rattle on their joints must come to rest or fall. The trial had taken 200 000
 /// steps and ended undecided.
 #[test]
-fn a_slope_of_rigid_blocks_stands_or_falls() {
+fn rigid_block_slope_is_decided() {
     let text = std::fs::read_to_string(root("examples/slope-safety.toml")).expect("the deck");
     let deck = deck(&edited(&text, "divisions = 1", "body = \"rigid\""));
     let mut simulation = Simulation::new(deck.build().expect("a model"));

@@ -58,7 +58,7 @@ impl Curve {
         self.points.last().expect("samples")[1]
     }
 
-    fn way(&self) -> f64 {
+    fn displacement(&self) -> f64 {
         self.points.last().expect("samples")[0]
     }
 }
@@ -76,7 +76,7 @@ fn pressed(deck: &str, pressure: f64) -> Run {
 }
 
 #[test]
-fn a_thick_joint() {
+fn thick_joint_has_peak_and_residual_strength() {
     let case = of("v05_shear_thick");
     let stiffness = 2e7 / 0.001;
     for pressure in [0.5e6, 1e6, 2e6, 5e6] {
@@ -90,7 +90,7 @@ fn a_thick_joint() {
         is("peak [Pa]", 1e6 + pressure * tan(30.0), curve.peak(), 5e-3);
         let residual = 0.1e6 + pressure * tan(25.0);
         is("residual [Pa]", residual, curve.residual(), 5e-3);
-        let slip = curve.way() - residual / stiffness;
+        let slip = curve.displacement() - residual / stiffness;
         is("opening / slip", tan(5.0), curve.risen / slip, 5e-3);
         assert_eq!([run.summary.failed_pairs.shear, run.summary.failed_pairs.tension], [9, 0]);
         closes(case, &format!(", {under}"), &run);
@@ -98,7 +98,7 @@ fn a_thick_joint() {
 }
 
 #[test]
-fn sliding_back_closes_what_sliding_has_opened() {
+fn reversed_sliding_closes_dilation() {
     let case = of("v05_shear_thick");
     // To 0.5 mm and back to 0.
     let ramp = "history = { ramp = 0.02 }";
@@ -111,7 +111,11 @@ fn sliding_back_closes_what_sliding_has_opened() {
         let dilated = format!("dilation = {dilation} ");
         let run = run(&edited(&text, "dilation = 5.0 ", &dilated));
         let curve = Curve::of(&run);
-        assert!(curve.way().abs() < 1e-9, "it ends where it began: {}", curve.way());
+        assert!(
+            curve.displacement().abs() < 1e-9,
+            "it ends where it began: {}",
+            curve.displacement()
+        );
         let residual = 0.1e6 + 1e6 * tan(25.0);
         let what = format!("shear stress [Pa], slid back, dilation {dilation}°");
         check(case, &what, -residual, curve.residual(), Relative(tolerance));
@@ -124,7 +128,7 @@ fn sliding_back_closes_what_sliding_has_opened() {
 }
 
 #[test]
-fn a_spring_joint_without_thickness() {
+fn spring_joint_has_peak_and_residual_strength() {
     let case = of("v05_shear_spring");
     let normal = 1.0 / (1.0 / 6e8 + 0.1 / 21.6e9);
     for pressure in [0.5e6, 1e6, 2e6, 5e6] {
@@ -136,11 +140,11 @@ fn a_spring_joint_without_thickness() {
         };
         is("shear stiffness [Pa/m]", HELD, curve.stiffness());
         is("peak [Pa]", 1e6 + pressure * tan(30.0), curve.peak());
-        let pressed = pressure + normal * curve.way() * tan(5.0);
+        let pressed = pressure + normal * curve.displacement() * tan(5.0);
         let coupled = 1.0 + normal / HELD * tan(5.0) * tan(25.0);
         let end = (0.1e6 + pressed * tan(25.0)) / coupled;
         is("shear stress at the end [Pa]", end, curve.end());
-        let opened = (curve.way() - end / HELD) * tan(5.0);
+        let opened = (curve.displacement() - end / HELD) * tan(5.0);
         is("pressure at the end [Pa]", pressure + normal * opened, run.last("box.z"));
         assert_eq!([run.summary.failed_pairs.shear, run.summary.failed_pairs.tension], [9, 0]);
         closes(case, &format!(", under {} MPa", pressure / 1e6), &run);
@@ -159,20 +163,20 @@ fn softens(case: Case, what: &str, run: &Run, stiffness: f64, residual_cohesion:
     is("area above the residual [J/m²]", energy, curve.area_above(residual), 1e-2);
     let last = |name: &str| *run.energy.column(name).last().expect("a row");
     is("fracture [J]", energy, last("fracture"), 1e-2);
-    let slip = curve.way() - residual / stiffness;
+    let slip = curve.displacement() - residual / stiffness;
     is("friction [J]", residual * slip, last("friction"), 1e-2);
     closes(case, &format!(", {what}"), run);
 }
 
 #[test]
-fn softening_takes_the_fracture_energy() {
+fn softening_dissipates_fracture_energy() {
     let case = of("v05_shear_softening");
     let run = run(&example(case.deck));
     softens(case, "spring joint", &run, HELD, 0.2e6, 1e4);
 }
 
 #[test]
-fn softening_of_a_thick_joint_takes_the_fracture_energy() {
+fn softening_of_thick_joint_dissipates_fracture_energy() {
     let text =
         edited(&example("v05_shear_thick"), "dilation = 5.0", "fracture_energy = [100, 100] #");
     let text = edited(&text, "residual_friction = 25.0", "residual_friction = 30.0");
@@ -180,7 +184,7 @@ fn softening_of_a_thick_joint_takes_the_fracture_energy() {
 }
 
 #[test]
-fn rough_joints_have_the_strength_of_barton_and_bandis() {
+fn rough_joint_has_barton_bandis_strength() {
     let case = of("barton_bandis");
     for pressure in [0.5e6, 1e6, 5e6] {
         let curve = Curve::of(&pressed(case.deck, pressure));

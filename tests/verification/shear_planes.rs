@@ -78,7 +78,7 @@ fn limit(run: &Run, rate: f64) -> f64 {
 }
 
 #[test]
-fn the_deeper_plane_fails_at_a_load_between_the_bounds() {
+fn deeper_plane_fails_first_between_the_bounds() {
     let case = of("v07_shear");
     let text = example(case.deck);
     let run = run(&text);
@@ -113,7 +113,7 @@ fn the_deeper_plane_fails_at_a_load_between_the_bounds() {
 
 /// Limit equilibrium holds for joints that keep their strength while they fail.
 #[test]
-fn a_plane_that_does_not_soften_bears_what_limit_equilibrium_says() {
+fn plane_without_softening_fails_at_limit_equilibrium() {
     let case = of("v07_shear");
     let tough = "cohesion = 0.8e6                   # Pa\nfracture_energy = [5e4, 5e5]\n";
     let text = edited(&example(case.deck), "cohesion = 0.8e6                   # Pa\n", tough);

@@ -102,7 +102,7 @@ const BLOCKS: [((Body, u32), &str); 4] = [
 ];
 
 #[test]
-fn it_slides_as_fast_as_friction_lets_it() {
+fn plate_slides_with_exact_acceleration() {
     let case = of("slide_plane");
     let planes = [
         (Plane::Contact(1e6), 1.2),
@@ -133,7 +133,7 @@ fn it_slides_as_fast_as_friction_lets_it() {
 
 /// The weight of a cube acts near its front edge, where a joint of rigid blocks has no pairs.
 #[test]
-fn a_cube_slides_as_fast_as_a_plate() {
+fn cube_slides_like_plate() {
     let case = of("slide_plane");
     for (plane, slopes) in [
         (Plane::Spring(1e11), [[35.0, 33.0], [30.0, 28.0]]),
@@ -160,7 +160,7 @@ fn a_cube_slides_as_fast_as_a_plate() {
 /// A rigid block as slender as can slide without toppling chatters on its front edge. Friction uses
 /// the pressure of spring and dashpot.
 #[test]
-fn a_slender_block_slides_as_fast_as_a_plate() {
+fn slender_block_slides_like_plate() {
     let case = of("slide_plane");
     let [slope, friction] = [31.0, 26.0];
     for plane in [Plane::Contact(1e10), Plane::Spring(1e10), Plane::Layer(0.01)] {
@@ -181,7 +181,7 @@ fn a_slender_block_slides_as_fast_as_a_plate() {
 /// A cube tilts as it sinks into a soft layer, which is as thick as the cube sinks deep. When all
 /// pairs have failed the axes of the joint turn with the ground block, and no spring jumps.
 #[test]
-fn a_cube_on_a_soft_layer_slides_as_fast_as_a_plate() {
+fn cube_on_soft_layer_slides_like_plate() {
     let case = of("slide_plane");
     let [slope, friction] = [25.0, 22.0];
     let (thickness, stiffness, poisson) = (0.05, 1e6, 0.2);
@@ -208,7 +208,7 @@ fn a_cube_on_a_soft_layer_slides_as_fast_as_a_plate() {
 /// Near the limit on a soft joint a cube tilts until half of its base is open. Its joint becomes a
 /// contact, which carries the same shear.
 #[test]
-fn a_cube_on_a_soft_joint_comes_to_rest() {
+fn cube_on_soft_joint_comes_to_rest() {
     let case = of("slide_plane");
     for stiffness in [1e6, 3e6] {
         let mut deck = block(Plane::Spring(stiffness), [28.0, 30.0], (Body::Deformable, 2));
@@ -223,7 +223,7 @@ fn a_cube_on_a_soft_joint_comes_to_rest() {
 }
 
 #[test]
-fn in_one_set_it_slides_in_the_plane_of_the_block_that_is_held() {
+fn block_of_one_set_slides_in_plane_of_fixed_block() {
     let case = of("slide_plane");
     for (stiffness, body) in [
         (1e7, Body::Deformable),
@@ -250,7 +250,7 @@ fn in_one_set_it_slides_in_the_plane_of_the_block_that_is_held() {
 }
 
 #[test]
-fn it_stays_below_the_limit() {
+fn block_below_friction_limit_stays() {
     let case = of("slide_plane");
     for (plane, duration) in
         [(Plane::Contact(1e9), 10.0), (Plane::Spring(1e9), 10.0), (Plane::Contact(1e12), 1.0)]
@@ -290,7 +290,7 @@ fn it_stays_below_the_limit() {
 }
 
 #[test]
-fn a_rough_joint_goes_there_and_back() {
+fn dilating_joint_slides_forth_and_back() {
     let case = of("v05_sledge");
     let (k_n, k_s) = (1.0 / (1.0 / 6e9 + 0.1 / 21.6e9), 1.0 / (1.0 / 2e9 + 0.1 / 7.2e9));
     for dilation in [5.0_f64, 10.0] {

@@ -192,7 +192,7 @@ fn peaks(name: &str, step: f64) -> [f64; 2] {
 }
 
 #[test]
-fn waves_from_a_sphere() {
+fn spherical_cavity_radiates_exact_waves() {
     let [coarse, allowed] = peaks("blast_sphere", 0.25);
     let [fine, allowed_fine] = peaks("blast_sphere_fine", 0.125);
     // The error of the staircase is of first order; the blocks that carry the wave beyond 3 m are

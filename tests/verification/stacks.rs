@@ -8,7 +8,7 @@ use super::record::{at_least, at_most, check, of};
 use super::shared::{edited, example, run};
 
 #[test]
-fn a_column_stands() {
+fn column_stands() {
     let case = of("v04_column");
     let text = example(case.deck);
     let soft = edited(&body(&text, "b01", "deformable"), "young = 18e9", "young = 18e8");
@@ -29,7 +29,7 @@ fn a_column_stands() {
 }
 
 #[test]
-fn a_block_tips_over_an_edge() {
+fn block_tips_over_edge() {
     let case = of("v04_edge");
     let text = example(case.deck);
     let soft = edited(&body(&text, "block", "deformable"), "young = 18e9", "young = 18e8");
@@ -64,7 +64,7 @@ pub(crate) fn shifted(text: &str, part: f64) -> String {
 }
 
 #[test]
-fn a_corbelled_stack_stands_up_to_its_limit() {
+fn corbelled_stack_stands_up_to_limit() {
     let case = of("v04_corbel");
     let rigid = example(case.deck);
     let soft = edited(&body(&rigid, "fourth", "deformable"), "young = 18e9", "young = 18e8");
@@ -88,7 +88,7 @@ fn a_corbelled_stack_stands_up_to_its_limit() {
 }
 
 #[test]
-fn a_block_slides_on_to_the_neighbour() {
+fn block_slides_onto_neighbour() {
     let case = of("v04_neighbours");
     let text = example(case.deck);
     let soft = edited(&body(&text, "block", "deformable"), "young = 18e9", "young = 18e8");

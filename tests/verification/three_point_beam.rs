@@ -46,16 +46,16 @@ fn stored(points: &[[f64; 3]], displacements: &[[f64; 3]]) -> f64 {
 }
 
 #[test]
-fn joints_of_10_mm() {
+fn beam_with_joints_of_10_mm_matches_fem() {
     beam("v03_beam", -6.81154e-4);
 }
 
 #[test]
-fn joints_of_1_mm() {
+fn beam_with_joints_of_1_mm_matches_fem() {
     beam("v03_beam_t0001", -6.80937e-4);
 }
 
 #[test]
-fn joints_of_50_mm() {
+fn beam_with_joints_of_50_mm_matches_fem() {
     beam("v03_beam_t005", -6.82077e-4);
 }

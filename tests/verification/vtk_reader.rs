@@ -8,7 +8,7 @@ use super::shared::{Frames, edited, example, root, run};
 
 /// Runs only if `DDEM_PYTHON` names an interpreter that has vtk and numpy.
 #[test]
-fn vtk_reads_the_results_of_the_beam() {
+fn vtk_reads_beam_results() {
     let Some(python) = std::env::var_os("DDEM_PYTHON").filter(|python| !python.is_empty()) else {
         eprintln!("NOT CHECKED WITH VTK: set DDEM_PYTHON to a Python that has vtk and numpy");
         return;

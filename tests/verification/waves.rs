@@ -30,18 +30,18 @@ fn speed(deck: &str, axis: &str, distance: f64, [exact, exact_peak]: [f64; 2]) {
 }
 
 #[test]
-fn compression_waves() {
+fn compression_wave_has_exact_speed() {
     speed("v02_p_wave", "x", 20.0, [3000.0, 1e6 / (2400.0 * 3000.0)]);
 }
 
 #[test]
-fn shear_waves() {
+fn shear_wave_has_exact_speed() {
     let exact = (7.2e9_f64 / 2400.0).sqrt();
     speed("v02_s_wave", "y", 20.0, [exact, 1e5 / (2400.0 * exact)]);
 }
 
 #[test]
-fn waves_in_a_bar() {
+fn bar_wave_has_exact_speed() {
     let exact = (18e9_f64 / 2400.0).sqrt();
     speed("v02_bar_wave", "x", 40.0, [exact, 1e6 / (2400.0 * exact)]);
 }

@@ -222,19 +222,19 @@ mod tests {
     }
 
     #[test]
-    fn the_command_line_is_consistent() {
+    fn command_line_definition_is_consistent() {
         Cli::command().debug_assert();
     }
 
     #[test]
-    fn results_go_to_a_folder_with_the_name_of_the_deck() {
+    fn results_folder_has_the_name_of_the_deck() {
         let folder = run(&["ddem", "decks/beam.v2.toml"]).folder();
         assert_eq!(folder, Path::new("results").join("beam.v2"));
         assert_eq!(run(&["ddem", "beam.toml", "--out", "a/b"]).folder(), Path::new("a/b"));
     }
 
     #[test]
-    fn schema_is_a_command_and_a_path_to_it_a_deck() {
+    fn schema_is_a_command_and_its_path_a_deck() {
         let cli = Cli::try_parse_from(["ddem", "schema"]).unwrap();
         assert!(matches!(cli.command, Some(Command::Schema)) && cli.run.is_none());
         assert_eq!(run(&["ddem", "./schema"]).deck, Path::new("./schema"));
@@ -242,7 +242,7 @@ mod tests {
 
     #[test]
     #[cfg(unix)]
-    fn the_command_to_resume_can_be_pasted_into_a_shell() {
+    fn resume_command_is_quoted_for_the_shell() {
         let command = |line: &[&str]| run(line).resume_command();
         assert_eq!(command(&["ddem", "beam.toml"]), "ddem beam.toml --resume");
         assert_eq!(

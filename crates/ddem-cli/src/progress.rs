@@ -334,7 +334,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_says_where_a_stage_is() {
+    fn progress_line_shows_step_rate_and_time_left() {
         let mut progress = relaxing(3.2e-4);
         insta::assert_snapshot!(
             figures(&progress).join("  "),
@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn a_run_begins_with_its_size() {
+    fn first_line_shows_model_size() {
         let line = |breakable_pairs| {
             model(&Report { blocks: 3, nodes: 81, pairs: 18, breakable_pairs, ..Report::default() })
         };
@@ -364,7 +364,7 @@ mod tests {
     }
 
     #[test]
-    fn stages_begin_and_end_with_a_line() {
+    fn each_stage_prints_first_and_last_line() {
         let progress = Progress { step: 0, ..relaxing(1.0) };
         insta::assert_snapshot!(
             beginning(&progress),
@@ -392,7 +392,7 @@ mod tests {
     }
 
     #[test]
-    fn the_bar_of_a_relaxation_goes_with_the_digits_gained() {
+    fn relaxation_bar_follows_log_of_unbalanced_ratio() {
         let part = |unbalanced| fraction(&relaxing(unbalanced), 1.0);
         assert_eq!(part(1.0), 0.0);
         assert!((part(1e-3) - 0.5).abs() < 1e-12);
@@ -403,14 +403,14 @@ mod tests {
     }
 
     #[test]
-    fn the_bar_of_a_motion_goes_with_the_steps() {
+    fn dynamic_bar_follows_steps() {
         let part =
             |step, steps| fraction(&Progress { relax: false, step, steps, ..relaxing(1.0) }, 1.0);
         assert_eq!((part(1, 4), part(4, 4), part(0, 0)), (0.25, 1.0, 0.0));
     }
 
     #[test]
-    fn figures_are_short() {
+    fn rates_and_times_are_short() {
         let rates = [48.2e6, 999.96e3, 1.25e3, 2e9, 0.0, f64::NAN].map(rate);
         let shown = rates.iter().map(Option::as_deref).collect::<Vec<_>>();
         assert_eq!(

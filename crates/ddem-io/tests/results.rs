@@ -31,7 +31,7 @@ fn probes_have_full_precision_and_empty_cells() {
 }
 
 #[test]
-fn tables_go_on_after_the_rows_that_count() {
+fn tables_continue_after_last_valid_row() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("energy.csv");
     let mut table = Table::create(&path, &["kinetic"]).unwrap();
@@ -61,7 +61,7 @@ fn tables_go_on_after_the_rows_that_count() {
 /// `/dev/full` is a disk without space.
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_called_that() {
+fn full_disk_is_named() {
     let error = Table::create("/dev/full", &["kinetic"]).unwrap_err();
     assert!(matches!(error, OutputError::DiskFull { .. }), "{error}");
     assert!(error.to_string().starts_with("no space left on the disk while writing /dev/full"));
@@ -140,7 +140,7 @@ fn summary_has_the_documented_keys() {
 
 #[cfg(any(target_os = "linux", target_os = "macos"))]
 #[test]
-fn peak_memory_counts_what_was_freed() {
+fn peak_memory_includes_freed_memory() {
     drop(std::hint::black_box(vec![1_u8; 64 << 20]));
     assert!((64 << 20..1 << 40).contains(&peak_memory_bytes()));
 }
@@ -162,7 +162,7 @@ fn checkpoints_keep_every_bit() {
 }
 
 #[test]
-fn failing_to_save_keeps_the_old_checkpoint() {
+fn failed_save_keeps_old_checkpoint() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("checkpoint.h5");
     checkpoint::save(&path, "old", &[], &[]).unwrap();
@@ -207,9 +207,12 @@ fn damaged_and_foreign_checkpoints_are_errors() {
         let file = hdf5::File::open_rw(&path).unwrap();
         file.attr("version").unwrap().write_scalar(&version).unwrap();
         file.close().unwrap();
-        let said = unusable("another version");
-        assert!(said.contains(&format!("format {version}, written by {other} of ddem")), "{said}");
-        assert!(said.contains("run from the start"), "{said}");
+        let message = unusable("another version");
+        assert!(
+            message.contains(&format!("format {version}, written by {other} of ddem")),
+            "{message}"
+        );
+        assert!(message.contains("run from the start"), "{message}");
     }
 }
 
@@ -223,7 +226,7 @@ fn contents(folder: &Path) -> Vec<(std::ffi::OsString, Vec<u8>)> {
 }
 
 #[test]
-fn the_same_deck_takes_its_folder_again() {
+fn same_deck_reuses_its_folder() {
     let root = tempdir().unwrap();
     let out = root.path().join("results/beam");
     let folder = prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Overwrite).unwrap();
@@ -256,7 +259,7 @@ fn the_same_deck_takes_its_folder_again() {
 }
 
 #[test]
-fn folders_of_others_stay_as_they_are() {
+fn foreign_folders_are_not_changed() {
     let root = tempdir().unwrap();
     let out = root.path().join("out");
     drop(prepare(&out, "beam.toml", "Beam", "a = 1", Earlier::Overwrite).unwrap());
@@ -283,7 +286,7 @@ fn folders_of_others_stay_as_they_are() {
 }
 
 #[test]
-fn a_run_that_begins_anew_keeps_earlier_results() {
+fn new_run_keeps_earlier_results() {
     let root = tempdir().unwrap();
     let out = root.path().join("beam");
     for (number, title) in ["Beam", "Beam", "Arch"].into_iter().enumerate() {

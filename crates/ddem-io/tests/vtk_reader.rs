@@ -141,7 +141,7 @@ fn assert_blocks(seen: &Value, steps: usize, grid: &Grid) {
 }
 
 #[test]
-fn blocks() {
+fn vtk_reads_blocks() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("blocks.vtkhdf");
@@ -155,7 +155,7 @@ fn blocks() {
 
 /// More rows than one chunk, which cannot be split evenly.
 #[test]
-fn blocks_over_several_chunks() {
+fn vtk_reads_blocks_over_several_chunks() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("blocks.vtkhdf");
@@ -166,7 +166,7 @@ fn blocks_over_several_chunks() {
 }
 
 #[test]
-fn blocks_after_resume() {
+fn vtk_reads_blocks_after_resume() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("blocks.vtkhdf");
@@ -183,7 +183,7 @@ fn blocks_after_resume() {
 }
 
 #[test]
-fn joints() {
+fn vtk_reads_joints() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("joints.vtkhdf");
@@ -228,7 +228,7 @@ fn joints() {
 
 /// Points whose number differs at each step and is 0 at some.
 #[test]
-fn contacts() {
+fn vtk_reads_contacts() {
     let Some(python) = python() else { return };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("contacts.vtkhdf");

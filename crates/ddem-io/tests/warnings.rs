@@ -56,34 +56,37 @@ fn warnings(deck: &str) -> [Vec<String>; 2] {
     assert!(matches!(outcome, Outcome::Done(_)));
     let text = std::fs::read(folder.path().join("out/summary.json")).unwrap();
     let summary: serde_json::Value = serde_json::from_slice(&text).unwrap();
-    let kept = summary["warnings"].as_array().unwrap().iter();
-    let codes = kept.map(|warning| format!("[{}]", warning["code"].as_str().unwrap()));
+    let recorded = summary["warnings"].as_array().unwrap().iter();
+    let codes = recorded.map(|warning| format!("[{}]", warning["code"].as_str().unwrap()));
     [listener.0, codes.collect()]
 }
 
 #[test]
-fn a_charge_detonates_in_a_cavity_that_has_opened() {
-    let [said, kept] = warnings(BLAST);
-    assert!(said.iter().any(|text| text.ends_with("[cavity-changed]")), "{said:?}");
-    assert!(said.iter().any(|text| text.contains("120 % of its cavity")), "{said:?}");
-    assert!(kept.contains(&"[cavity-changed]".to_owned()), "{kept:?}");
+fn charge_in_opened_cavity_warns() {
+    let [observed, recorded] = warnings(BLAST);
+    assert!(observed.iter().any(|text| text.ends_with("[cavity-changed]")), "{observed:?}");
+    assert!(observed.iter().any(|text| text.contains("120 % of its cavity")), "{observed:?}");
+    assert!(recorded.contains(&"[cavity-changed]".to_owned()), "{recorded:?}");
     let late = BLAST.replace("[0, 0, 4]", "[0, 0, 40]");
-    let [said, kept] = warnings(&late);
-    assert!(said.iter().any(|text| text.ends_with("[vented-charge]")), "{said:?}");
-    assert!(kept.contains(&"[vented-charge]".to_owned()), "{kept:?}");
-    let [said, kept] = warnings(&format!("{late}[lint]\nallow = ['vented-charge']\n"));
-    assert!(!said.iter().chain(&kept).any(|text| text.contains("vented")), "{said:?} {kept:?}");
+    let [observed, recorded] = warnings(&late);
+    assert!(observed.iter().any(|text| text.ends_with("[vented-charge]")), "{observed:?}");
+    assert!(recorded.contains(&"[vented-charge]".to_owned()), "{recorded:?}");
+    let [observed, recorded] = warnings(&format!("{late}[lint]\nallow = ['vented-charge']\n"));
+    assert!(
+        !observed.iter().chain(&recorded).any(|text| text.contains("vented")),
+        "{observed:?} {recorded:?}"
+    );
 }
 
 #[test]
-fn a_time_step_that_is_stable_until_joints_fail_is_a_warning() {
+fn time_step_unstable_after_failure_warns() {
     let critical = {
         let (deck, _) = ddem_deck::parse(BLAST, "deck.toml").unwrap();
         ddem_core::Simulation::new(deck.build().unwrap()).critical_step().unwrap()
     };
     let deck = BLAST.replace("delay = 0.05\n", "") + &format!("time_step = {}\n", 0.95 * critical);
     let deck = deck.replace("duration = 0.06", &format!("duration = {}", 10.0 * critical));
-    let [said, kept] = warnings(&deck);
-    assert!(said.iter().any(|text| text.ends_with("[unsafe-time-step]")), "{said:?}");
-    assert!(kept.contains(&"[unsafe-time-step]".to_owned()), "{kept:?}");
+    let [observed, recorded] = warnings(&deck);
+    assert!(observed.iter().any(|text| text.ends_with("[unsafe-time-step]")), "{observed:?}");
+    assert!(recorded.contains(&"[unsafe-time-step]".to_owned()), "{recorded:?}");
 }

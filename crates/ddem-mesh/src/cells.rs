@@ -94,7 +94,7 @@ mod tests {
     }
 
     #[test]
-    fn neighbours_of_cells_are_right_in_this_profile() {
+    fn cell_neighbours_are_right_in_this_profile() {
         let first = [[7, 3, 3], [5, 3, 3], [6, 4, 3], [6, 2, 3], [6, 3, 4], [6, 3, 2]];
         let second = [[8, 0, 11], [6, 0, 11], [7, 1, 11], [7, 0, 10]];
         assert_eq!(neighbours(black_box(12)), [&first[..], &second[..]].concat());

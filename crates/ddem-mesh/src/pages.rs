@@ -60,7 +60,7 @@ mod tests {
     use super::{PAGE, Pages};
 
     #[test]
-    fn a_copy_has_only_the_pages_of_its_own_that_it_changes() {
+    fn copy_owns_only_changed_pages() {
         let first = Pages::from((0..3 * PAGE as u32 + 5).collect::<Vec<_>>());
         let mut second = first.clone();
         second[PAGE + 7] = 0;

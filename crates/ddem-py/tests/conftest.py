@@ -2,4 +2,4 @@
 
 import pytest
 
-pytest.register_assert_rewrite("attempts", "small")
+pytest.register_assert_rewrite("fuzz_calls", "sample_models")

@@ -7,7 +7,7 @@ from typing import Any
 import ddem
 import numpy as np
 import pytest
-from small import ROCK, WEIGHT, breaking, column, cube, same
+from sample_models import ROCK, WEIGHT, breaking, column, cube, same
 
 
 @pytest.fixture
@@ -15,7 +15,7 @@ def simulation() -> ddem.Simulation:
     return column().build()
 
 
-def test_shapes_and_types(simulation: ddem.Simulation) -> None:
+def test_arrays_have_documented_shapes_and_types(simulation: ddem.Simulation) -> None:
     n = (simulation.n_nodes, simulation.n_elements, simulation.n_pairs, simulation.n_blocks)
     assert n == (54, 16, 9, 2)
     arrays = {
@@ -56,7 +56,7 @@ def test_arrays_are_copies(simulation: ddem.Simulation) -> None:
     assert simulation.energy["kinetic"] != 5.0
 
 
-def test_what_the_arrays_mean(simulation: ddem.Simulation) -> None:
+def test_arrays_describe_the_mesh(simulation: ddem.Simulation) -> None:
     points, elements = simulation.points, simulation.elements
     assert points.min(axis=0).tolist() == [0.0, 0.0, 0.0]
     assert points.max(axis=0).tolist() == [1.0, 1.0, 2.0]
@@ -78,7 +78,7 @@ def test_what_the_arrays_mean(simulation: ddem.Simulation) -> None:
     assert len(np.unique(np.round(quads.mean(axis=1), 6), axis=0)) == 4
 
 
-def test_pairs_type(simulation: ddem.Simulation) -> None:
+def test_pairs_have_documented_type(simulation: ddem.Simulation) -> None:
     dtype = simulation.pairs.dtype
     expected: list[Any] = [
         ("point", "f8", (3,)),
@@ -101,7 +101,7 @@ def test_pairs_type(simulation: ddem.Simulation) -> None:
     assert np.isnan(bonded["failure_time"]).all()
 
 
-def test_pairs_fail_in_tension() -> None:
+def test_pairs_report_tensile_failure() -> None:
     simulation = breaking().build()
     simulation.run(4e-3, damping={"local": 0.3}, quiet=True)
     pairs = simulation.pairs
@@ -111,7 +111,7 @@ def test_pairs_fail_in_tension() -> None:
     assert simulation.summary["failed_pairs"] == {"shear": 0, "tension": 9}
 
 
-def test_without_joints_there_are_no_pairs() -> None:
+def test_model_without_joints_has_no_pairs() -> None:
     simulation = cube().build()
     assert simulation.n_pairs == 0
     assert simulation.pairs.shape == (0,)
@@ -119,7 +119,7 @@ def test_without_joints_there_are_no_pairs() -> None:
     assert simulation.field("traction").shape == (0, 3)
 
 
-def test_fields_by_name(simulation: ddem.Simulation) -> None:
+def test_fields_equal_attributes(simulation: ddem.Simulation) -> None:
     simulation.step(4)
     for name in ("displacement", "velocity", "force", "stress"):
         assert same(simulation.field(name), getattr(simulation, name))
@@ -136,7 +136,7 @@ def test_fields_by_name(simulation: ddem.Simulation) -> None:
     assert simulation.field("velocity", nodes=[]).shape == (0, 3)
 
 
-def test_out_takes_the_numbers(simulation: ddem.Simulation) -> None:
+def test_out_array_receives_the_field(simulation: ddem.Simulation) -> None:
     simulation.step(4)
     out = np.full((54, 3), np.nan)
     assert simulation.field("displacement", out=out) is out
@@ -159,7 +159,7 @@ def test_out_takes_the_numbers(simulation: ddem.Simulation) -> None:
     assert (before == 7.0).all()
 
 
-def test_out_takes_the_numbers_piece_by_piece() -> None:
+def test_large_field_is_written_in_pieces() -> None:
     model = ddem.Model(gravity=(0, 0, -9.81), contact=False)
     spring = ddem.Joint(normal_stiffness=1e9, shear_stiffness=1e9)
     model.add_blocks(
@@ -179,7 +179,7 @@ def test_out_takes_the_numbers_piece_by_piece() -> None:
         simulation.field("velocity", out=out[1:])
 
 
-def test_probes_see_fields() -> None:
+def test_probes_record_fields() -> None:
     model = column(peaks=True)
     model.add_blocks(
         size=(1, 1, 1), origin=(3, 0, 0), material=ROCK, divisions=1, name="alone", joint=None
@@ -201,7 +201,7 @@ def test_probes_see_fields() -> None:
         without.build()
 
 
-def test_nodes_are_selected(simulation: ddem.Simulation) -> None:
+def test_nodes_are_selected_by_region(simulation: ddem.Simulation) -> None:
     points = simulation.points
     assert simulation.nodes().tolist() == list(range(54))
     assert simulation.nodes(z=2.0).tolist() == np.flatnonzero(points[:, 2] == 2).tolist()
@@ -219,7 +219,7 @@ def test_nodes_are_selected(simulation: ddem.Simulation) -> None:
     assert isinstance(at, int)
 
 
-def test_the_reaction_is_the_weight(simulation: ddem.Simulation) -> None:
+def test_reaction_equals_weight(simulation: ddem.Simulation) -> None:
     assert simulation.relax(tolerance=1e-9, quiet=True) > 0
     foot = simulation.nodes(z=0.0)
     weight = simulation.mass.sum() * 9.81
@@ -236,7 +236,7 @@ def test_the_reaction_is_the_weight(simulation: ddem.Simulation) -> None:
     assert simulation.time == 0.0
 
 
-def test_repr_and_counts() -> None:
+def test_repr_shows_counts_and_time() -> None:
     simulation = column(title="tower").build()
     simulation.start(time_step=1e-6)
     simulation.step(2)

@@ -9,7 +9,7 @@ import ddem
 import h5py
 import numpy as np
 import pytest
-from small import ROCK
+from sample_models import ROCK
 
 SOFT = ddem.Material(density=2400, young=1e8, poisson=0.25)
 
@@ -29,7 +29,7 @@ def fallen(**contact: float) -> ddem.Model:
     return model
 
 
-def test_blocks_fall_on_each_other_and_rest() -> None:
+def test_falling_blocks_come_to_rest() -> None:
     simulation = fallen(friction=30, restitution=0.1).build()
     simulation.run(0.8, damping={"local": 0.5}, quiet=True)
     u = simulation.displacement
@@ -47,7 +47,7 @@ def test_blocks_fall_on_each_other_and_rest() -> None:
     assert simulation.energy["damping"] > 0
 
 
-def test_what_touches_is_saved_and_gone_on_with(tmp_path: Path) -> None:
+def test_contacts_are_saved_and_resumed(tmp_path: Path) -> None:
     whole = fallen().build()
     whole.run(0.1, damping="none", quiet=True)
     whole.save(tmp_path / "state.h5")
@@ -58,7 +58,7 @@ def test_what_touches_is_saved_and_gone_on_with(tmp_path: Path) -> None:
         assert np.array_equal(getattr(whole, name), getattr(again, name)), name
 
 
-def test_contacts_that_are_not_meant_are_warned_of() -> None:
+def test_too_stiff_contacts_warn() -> None:
     with pytest.warns(UserWarning, match=r"normal_stiffness.*limits the time step.*\[stiff-contact\]"):
         fallen(normal_stiffness=1e18).build()
     with warnings.catch_warnings():
@@ -66,7 +66,7 @@ def test_contacts_that_are_not_meant_are_warned_of() -> None:
         fallen().build()
 
 
-def test_forces_of_contacts_bear_the_weight(tmp_path: Path) -> None:
+def test_contact_forces_carry_weight(tmp_path: Path) -> None:
     simulation = fallen(friction=30).build()
     simulation.run(1.5, damping={"local": 0.8}, record=tmp_path, frames=3, quiet=True)
     contacts = simulation.contacts
@@ -97,7 +97,7 @@ def test_forces_of_contacts_bear_the_weight(tmp_path: Path) -> None:
     assert simulation.contacts["force"].any()
 
 
-def test_there_are_no_contacts_where_none_are_looked_for(tmp_path: Path) -> None:
+def test_contacts_off_has_no_contacts(tmp_path: Path) -> None:
     model = ddem.Model(contact=False)
     model.add_blocks(size=(1, 1, 1), material=SOFT, body="rigid")
     simulation = model.build()
@@ -109,7 +109,7 @@ def test_there_are_no_contacts_where_none_are_looked_for(tmp_path: Path) -> None
     assert not (tmp_path / "contacts.vtkhdf").exists()
 
 
-def test_momenta_of_a_rigid_and_a_deformable_block() -> None:
+def test_momentum_of_rigid_and_deformable_block_is_exact() -> None:
     model = ddem.Model()
     model.add_blocks(name="rigid", size=(1, 2, 3), material=SOFT, body="rigid")
     model.add_blocks(name="soft", origin=(5, 0, 0), size=(1, 1, 1), material=SOFT, divisions=2)
@@ -126,7 +126,7 @@ def test_momenta_of_a_rigid_and_a_deformable_block() -> None:
         simulation.step(50)
 
 
-def test_forces_of_contacts_are_drawn(tmp_path: Path) -> None:
+def test_contact_forces_are_drawn(tmp_path: Path) -> None:
     pytest.importorskip("pyvista")
     simulation = fallen(friction=30).build()
     simulation.run(0.3, damping={"local": 0.5}, record=tmp_path, quiet=True)
@@ -153,7 +153,7 @@ def test_forces_of_contacts_are_drawn(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("friction", [20.0, 40.0])
 @pytest.mark.parametrize("body", ["deformable", "rigid"])
-def test_a_block_slides_to_rest(friction: float, body: str) -> None:
+def test_sliding_block_stops_at_exact_distance(friction: float, body: str) -> None:
     model = ddem.Model(gravity=(0, 0, -9.81))
     model.add_blocks(
         origin=(-1, -0.5, -0.5), size=(8, 2, 0.5), divisions=1, material=ROCK, name="base", body=body
@@ -170,7 +170,7 @@ def test_a_block_slides_to_rest(friction: float, body: str) -> None:
     assert slid == pytest.approx(9 / (2 * 9.81 * np.tan(np.radians(friction))), rel=0.01)
 
 
-def test_a_block_that_speeds_up_fails_and_says_so() -> None:
+def test_accelerating_block_raises_collapsed() -> None:
     model = ddem.Model(gravity=(6.0, 0, -7.76))
     model.add_blocks(
         origin=(-1, -0.5, -0.5), size=(8, 2, 0.5), divisions=1, material=ROCK, name="base"

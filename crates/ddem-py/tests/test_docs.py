@@ -10,7 +10,7 @@ from typing import Any
 
 import ddem
 import pytest
-from small import REPOSITORY, breaking
+from sample_models import REPOSITORY, breaking
 
 FOLDER = Path(inspect.getfile(ddem)).parent
 
@@ -43,7 +43,7 @@ class Checker(doctest.OutputChecker):
 
 
 @pytest.mark.parametrize("test", examples(), ids=lambda test: test.name)
-def test_examples(test: doctest.DocTest, tmp_path: Path, monkeypatch: Any) -> None:
+def test_docstring_examples_run(test: doctest.DocTest, tmp_path: Path, monkeypatch: Any) -> None:
     monkeypatch.chdir(tmp_path)
     if any(word in test.name for word in ("plot", "probes", "fragments", "Results", "animate")):
         if any(word in test.name for word in ("plot", "Results", "animate")):
@@ -68,7 +68,7 @@ def recorded(folder: Path) -> ddem.Simulation:
     return simulation
 
 
-def test_there_are_examples() -> None:
+def test_main_classes_have_examples() -> None:
     names = {test.name for test in examples() if test.examples}
     assert {"ddem", "ddem.Material", "ddem.Joint", "ddem.Model"} <= names
 
@@ -84,13 +84,13 @@ def attributes() -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize("name", [name for name in ddem.__all__ if name != "__version__"])
-def test_every_name_says_what_it_is(name: str) -> None:
+def test_every_name_has_a_docstring(name: str) -> None:
     text = getattr(ddem, name).__doc__
     assert text and text.strip()
 
 
 @pytest.mark.parametrize(("name", "attribute"), attributes())
-def test_every_attribute_says_what_it_is(name: str, attribute: str) -> None:
+def test_every_attribute_has_a_docstring(name: str, attribute: str) -> None:
     text = inspect.getdoc(getattr(getattr(ddem, name), attribute)) or ""
     assert text.strip(), f"{name}.{attribute} has no documentation"
     first = text.strip().splitlines()[0]
@@ -98,7 +98,7 @@ def test_every_attribute_says_what_it_is(name: str, attribute: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["Model", "Simulation"])
-def test_every_argument_is_told_of(name: str) -> None:
+def test_every_argument_is_documented(name: str) -> None:
     for attribute, item in vars(getattr(ddem, name)).items():
         if attribute.startswith("_") or not callable(item):
             continue
@@ -113,7 +113,7 @@ def test_every_argument_is_told_of(name: str) -> None:
             assert argument.name in text, f"{name}.{attribute}: {argument.name}"
 
 
-def test_what_is_public() -> None:
+def test_all_lists_public_names() -> None:
     assert sorted(ddem.__all__, key=str.lower) == sorted(set(ddem.__all__), key=str.lower)
     public = {name for name in vars(ddem) if not name.startswith("_")}
     modules = {name for name in public if inspect.ismodule(getattr(ddem, name))}
@@ -122,17 +122,17 @@ def test_what_is_public() -> None:
     assert (FOLDER / "py.typed").is_file()
 
 
-def test_the_module_of_what_is_public() -> None:
+def test_public_names_belong_to_module_ddem() -> None:
     for name in ("Material", "Joint", "Model", "Simulation"):
         assert getattr(ddem, name).__module__ == "ddem"
         assert getattr(ddem, name).__qualname__ == name
 
 
-def test_the_page_has_every_name() -> None:
+def test_python_page_lists_every_name() -> None:
     page = (REPOSITORY / "docs" / "python.md").read_text(encoding="utf-8")
     names = [name for name in ddem.__all__ if not name.startswith("__")]
     for holder in (ddem.Model, ddem.Simulation):
         names += [name for name in dir(holder) if not name.startswith("_")]
-    said = set(re.findall(r"`[^`]*`", page))
-    words = {word for code in said for word in re.findall(r"\w+", code)}
+    message = set(re.findall(r"`[^`]*`", page))
+    words = {word for code in message for word in re.findall(r"\w+", code)}
     assert [name for name in names if name not in words] == []

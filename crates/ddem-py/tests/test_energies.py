@@ -5,7 +5,7 @@ from __future__ import annotations
 import ddem
 import numpy as np
 import pytest
-from small import ROCK, column
+from sample_models import ROCK, column
 
 
 def driven(damping: float | None = None) -> ddem.Simulation:
@@ -18,37 +18,37 @@ def driven(damping: float | None = None) -> ddem.Simulation:
     return simulation
 
 
-def off(simulation: ddem.Simulation) -> float:
+def relative_imbalance(simulation: ddem.Simulation) -> float:
     """The imbalance relative to the strain energy."""
     energy = simulation.energy
     return abs(energy["balance"]) / (energy["strain_bodies"] + energy["strain_joints"])
 
 
 @pytest.mark.parametrize("damping", [None, 0.05])
-def test_states_that_are_set_keep_the_balance(damping: float | None) -> None:
+def test_setting_states_keeps_energy_balance(damping: float | None) -> None:
     simulation = driven(damping)
-    assert off(simulation) < 1e-9
+    assert relative_imbalance(simulation) < 1e-9
     simulation.displacement = 1.5 * simulation.displacement
-    assert off(simulation) < 1e-9
+    assert relative_imbalance(simulation) < 1e-9
     simulation.step(100)
-    assert off(simulation) < 1e-9
+    assert relative_imbalance(simulation) < 1e-9
     simulation.velocity = 0.5 * simulation.velocity
-    assert off(simulation) < 1e-9
+    assert relative_imbalance(simulation) < 1e-9
     simulation.step(100)
-    assert off(simulation) < 1e-9
+    assert relative_imbalance(simulation) < 1e-9
 
 
-def test_forces_in_the_middle_of_a_motion_keep_the_balance() -> None:
+def test_applying_forces_in_motion_keeps_energy_balance() -> None:
     simulation = driven(0.05)
     nodes = simulation.nodes(z=(0.5, 1.5))
     for factor in (1.0, -2.0, 0.0):
         simulation.apply_force(nodes, (0, factor * 1e5, 0))
-        assert off(simulation) < 1e-9
+        assert relative_imbalance(simulation) < 1e-9
         simulation.step(50)
-        assert off(simulation) < 1e-9
+        assert relative_imbalance(simulation) < 1e-9
 
 
-def test_after_a_mended_state_the_account_begins_anew() -> None:
+def test_energies_restart_after_divergence_is_reset() -> None:
     simulation = column().build()
     simulation.velocity = np.full((simulation.n_nodes, 3), 1e200)
     with pytest.raises(ddem.Diverged):
@@ -64,9 +64,7 @@ def test_after_a_mended_state_the_account_begins_anew() -> None:
     ("body", "divisions", "times"),
     [("deformable", 1, 3.0), ("deformable", 2, 1.5), ("deformable", 4, 1.125), ("rigid", 1, 1.0)],
 )
-def test_lumped_masses_make_the_moment_of_inertia_larger(
-    body: str, divisions: int, times: float
-) -> None:
+def test_lumped_masses_increase_moment_of_inertia(body: str, divisions: int, times: float) -> None:
     model = ddem.Model()
     model.add_blocks(
         origin=(-0.5, -0.5, -0.5), size=(1, 1, 1), divisions=divisions, material=ROCK, body=body

@@ -30,7 +30,7 @@ def is_picture(path):
     return path.read_bytes().startswith(SIGNATURE) and path.stat().st_size > 10_000
 
 
-def test_beam(tmp_path):
+def test_beam_example_has_known_deflection(tmp_path):
     printed = run(EXAMPLES / "beam.py", tmp_path)
     assert abs(float(re.search(r"deflection at midspan ([\d.]+) mm", printed)[1]) - 0.681) < 0.001
     assert is_picture(tmp_path / "beam.png")
@@ -38,13 +38,13 @@ def test_beam(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["sweep", "coupling"])
-def test_others(name, tmp_path):
+def test_example_scripts_match_known_values(name, tmp_path):
     # Both scripts compare their results with known values and fail if they differ.
     run(EXAMPLES / f"{name}.py", tmp_path, str(tmp_path))
     assert is_picture(tmp_path / f"{name}.png")
 
 
-def test_slope_safety(tmp_path):
+def test_slope_safety_example_orders_factors(tmp_path):
     printed = run(EXAMPLES / "slope-safety.py", tmp_path, "slope")
     factors = [float(factor) for factor in re.findall(r"safety ([\d.]+)", printed)]
     # Friction of the bedding of 30, 34 and 32 degrees.
@@ -53,7 +53,7 @@ def test_slope_safety(tmp_path):
     assert is_picture(tmp_path / "slope" / "slope.png")
 
 
-def test_notebook(tmp_path):
+def test_notebook_runs(tmp_path):
     nbformat = pytest.importorskip("nbformat")
     nbclient = pytest.importorskip("nbclient")
     notebook = nbformat.read(EXAMPLES / "notebook.ipynb", as_version=4)
@@ -71,7 +71,7 @@ def test_notebook(tmp_path):
 
 
 @pytest.mark.parametrize("page", ["README.md", "docs/python.md"])
-def test_blocks_of_a_page(page, tmp_path):
+def test_code_of_pages_runs(page, tmp_path):
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = re.findall(r"```python\n(.*?)```", text, flags=re.DOTALL)
     assert blocks

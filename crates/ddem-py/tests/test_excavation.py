@@ -26,7 +26,7 @@ def column(release: float | None = None, held: bool = True) -> ddem.Model:
 
 
 @pytest.mark.parametrize("release", [None, 1.0])
-def test_a_face_moves_as_elasticity_says(release: float | None) -> None:
+def test_excavated_face_moves_by_elastic_unloading(release: float | None) -> None:
     simulation = column(release).build()
     assert simulation.stress == pytest.approx(np.tile(STRESS, (32, 1)), rel=1e-9)
     assert not simulation.field("removed").any()
@@ -43,12 +43,12 @@ def test_a_face_moves_as_elasticity_says(release: float | None) -> None:
     assert simulation.block_fragment.tolist() == [0, 0, 1, 1]
 
 
-def test_a_face_that_does_not_carry_the_stress_is_named() -> None:
+def test_unbalanced_face_warns() -> None:
     with pytest.warns(UserWarning, match=r"the outer faces at z = 4\.0+ m.*do not carry"):
         column(held=False).build()
 
 
-def test_a_gradient_is_weight() -> None:
+def test_stress_gradient_balances_weight() -> None:
     model = ddem.Model(gravity=(0, 0, -10))
     model.add_blocks(size=(1, 1, 2), count=(1, 1, 2), divisions=2, material=ROCK, joint=SEAM)
     model.initial(stress=(-1e4, -1e4, -4.8e4, 0, 0, 0), gradient={"z": (0, 0, 2.4e4, 0, 0, 0)})
@@ -59,7 +59,7 @@ def test_a_gradient_is_weight() -> None:
     assert np.abs(simulation.displacement).max() < 1e-15
 
 
-def test_materials_and_joints_change_from_stage_to_stage() -> None:
+def test_materials_and_joints_change_between_stages() -> None:
     model = ddem.Model(gravity=(0, 0, -10))
     soft = ddem.Material(name="soft", density=ROCK.density, young=ROCK.young / 2, poisson=ROCK.poisson)
     model.add_blocks(size=(1, 1, 2), divisions=2, material=ROCK)
@@ -80,7 +80,7 @@ def test_materials_and_joints_change_from_stage_to_stage() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"release": -1.0, "from_": "dig"}, "must be 0 or more"),
         ({"from_": "dug"}, "no stage named `dug`"),
@@ -88,10 +88,10 @@ def test_materials_and_joints_change_from_stage_to_stage() -> None:
         ({"release": 1.0}, "`release` needs `from`"),
     ],
 )
-def test_mistakes_are_said(change: dict[str, object], said: str) -> None:
+def test_invalid_excavations_are_refused(change: dict[str, object], message: str) -> None:
     model = column()
     model.remove(z=(1.0, 2.0), **change)  # type: ignore[arg-type]
-    with pytest.raises(ddem.ModelError, match=said):
+    with pytest.raises(ddem.ModelError, match=message):
         model.build()
     with pytest.raises(ddem.ModelError, match="`gradient` needs `stress`"):
         other = column()
@@ -99,7 +99,7 @@ def test_mistakes_are_said(change: dict[str, object], said: str) -> None:
         other.build()
 
 
-def test_what_is_removed_is_not_drawn() -> None:
+def test_removed_blocks_are_not_drawn() -> None:
     from ddem._layers import blocks
     from ddem._scene import frame_of
 
@@ -112,7 +112,7 @@ def test_what_is_removed_is_not_drawn() -> None:
         assert layer.values is not None and (layer.values < -1e6).all()
 
 
-def test_probes_leave_out_what_is_removed() -> None:
+def test_probes_exclude_removed_blocks() -> None:
     model = column()
     model.probe("gone", at=(0.5, 0.5, 3.0), quantity="stress")
     model.probe("all", x=0.5, quantity="stress")
@@ -127,7 +127,7 @@ def test_probes_leave_out_what_is_removed() -> None:
     assert probes["all"]["xx"][-1] == pytest.approx(-3e6 + 8e6 / 3, rel=1e-5)
 
 
-def test_blocks_do_not_come_back() -> None:
+def test_removed_blocks_do_not_return() -> None:
     simulation = column().build()
     simulation.enter("dig")
     with pytest.raises(ddem.ModelError, match="stage: `before` comes before `dig`.*forwards only"):

@@ -11,10 +11,10 @@ from typing import Any
 import ddem
 import numpy as np
 import pytest
-from small import breaking, column
+from sample_models import breaking, column
 
 
-def test_the_tree_of_exceptions() -> None:
+def test_exception_hierarchy() -> None:
     for kind in (ddem.Busy, ddem.Diverged, ddem.ModelError, ddem.NotConverged, ddem.Collapsed):
         assert issubclass(kind, ddem.Error)
     assert issubclass(ddem.Error, Exception)
@@ -38,7 +38,7 @@ def test_the_tree_of_exceptions() -> None:
 @pytest.mark.parametrize(
     "copied", [copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))]
 )
-def test_exceptions_are_copied(error: ddem.Error, copied: Any) -> None:
+def test_exceptions_can_be_copied_and_pickled(error: ddem.Error, copied: Any) -> None:
     again = copied(error)
     assert type(again) is type(error)
     assert str(again) == str(error) == "a"
@@ -46,7 +46,7 @@ def test_exceptions_are_copied(error: ddem.Error, copied: Any) -> None:
     assert again.args == error.args
 
 
-def test_relaxations_that_do_not_converge() -> None:
+def test_unconverged_relaxation_raises_not_converged() -> None:
     simulation = column().build()
     with pytest.raises(ddem.NotConverged) as caught:
         simulation.relax(max_steps=7, quiet=True)
@@ -59,7 +59,7 @@ def test_relaxations_that_do_not_converge() -> None:
     assert simulation.relax(quiet=True) > 0, "it may go on"
 
 
-def test_blocks_that_part_without_end() -> None:
+def test_endless_separation_raises_collapsed() -> None:
     model = breaking()
     model.load(traction=(0, 0, 5e5), z=2.0)
     simulation = model.build()
@@ -73,7 +73,7 @@ def test_blocks_that_part_without_end() -> None:
 
 
 @pytest.mark.parametrize("how", ["run", "step", "deck"])
-def test_runs_that_diverge(how: str, tmp_path: Path) -> None:
+def test_divergence_raises_diverged(how: str, tmp_path: Path) -> None:
     model = column()
     if how == "deck":
         model.initial(velocity=(1e300, 0, 0), z=(1.5, 2.0))

@@ -30,7 +30,7 @@ def cube(peaks: bool = True) -> ddem.Model:
     return model
 
 
-def test_a_cube_falls_in_two(tmp_path: Path) -> None:
+def test_cube_pulled_apart_has_two_fragments(tmp_path: Path) -> None:
     simulation = cube().build()
     assert simulation.fragments["blocks"].tolist() == [27]
     simulation.run(0.02, record=tmp_path / "whole", name="pull", quiet=True)
@@ -85,7 +85,7 @@ def test_peaks_grow_and_are_saved(tmp_path: Path) -> None:
     assert (np.linalg.norm(whole.velocity, axis=1) <= 1.05 * whole.peak_velocity + 1e-9).all()
 
 
-def test_peaks_are_there_for_those_who_ask() -> None:
+def test_peaks_need_the_model_option() -> None:
     simulation = cube(peaks=False).build()
     with pytest.raises(ddem.ModelError, match="peak_velocity.*"):
         _ = simulation.peak_velocity
@@ -95,7 +95,7 @@ def test_peaks_are_there_for_those_who_ask() -> None:
     assert cube().deck["model"]["peaks"] is True
 
 
-def test_sizes_are_drawn(tmp_path: Path) -> None:
+def test_fragment_sizes_are_drawn(tmp_path: Path) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
@@ -124,7 +124,7 @@ def test_sizes_are_drawn(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "sizes", [(0.05, 1.4), (0.3, 0.9), (0.195, 0.246), (1.4, 1.4), (1e-4, 7.0), (3e-3, 3.3e-3)]
 )
-def test_marks_of_sizes_stand_apart(sizes: tuple[float, float]) -> None:
+def test_size_labels_do_not_overlap(sizes: tuple[float, float]) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt

@@ -10,7 +10,7 @@ from typing import Any
 import ddem
 import numpy as np
 import pytest
-from small import column, cube, run_python, same, same_state
+from sample_models import column, cube, run_python, same, same_state
 
 
 def table(time: float) -> float:
@@ -19,7 +19,7 @@ def table(time: float) -> float:
 
 
 @pytest.mark.parametrize("kind", ["load", "fix", "boundary", "charge"])
-def test_a_function_is_the_same_history(kind: str) -> None:
+def test_function_equals_history_of_deck(kind: str) -> None:
     def simulate(history: Any) -> ddem.Simulation:
         model = column()
         if kind == "load":
@@ -45,7 +45,7 @@ def test_a_function_is_the_same_history(kind: str) -> None:
     assert same_state(simulate(lambda time: True), constant)
 
 
-def test_a_function_is_asked_at_times_of_the_run() -> None:
+def test_function_gets_times_of_the_run() -> None:
     times: list[float] = []
 
     def history(time: float) -> float:
@@ -64,7 +64,7 @@ def test_a_function_is_asked_at_times_of_the_run() -> None:
     assert len(asked) in (10, 11)
 
 
-def test_time_of_a_function_counts_from_its_stage() -> None:
+def test_function_time_starts_with_its_stage() -> None:
     times: list[float] = []
 
     def history(time: float) -> float:
@@ -85,7 +85,7 @@ def test_time_of_a_function_counts_from_its_stage() -> None:
     assert max(times) == pytest.approx(1e-4, rel=0.11)
 
 
-def test_a_function_is_given_again(tmp_path: Path) -> None:
+def test_load_needs_the_function_again(tmp_path: Path) -> None:
     model = column()
     model.load(force=(1e4, 0, 0), z=2.0, history=table)
     simulation = model.build()
@@ -106,7 +106,7 @@ class Wrong(Exception):
 
 
 @pytest.mark.parametrize("how", ["run", "step", "relax"])
-def test_what_a_function_raises_comes_out(how: str) -> None:
+def test_exception_of_history_is_raised(how: str) -> None:
     broken = [False]
 
     def history(time: float) -> float:
@@ -133,7 +133,7 @@ def test_what_a_function_raises_comes_out(how: str) -> None:
     assert same(simulation.displacement, reference.displacement)
 
 
-def test_a_function_that_raises_on_the_way_leaves_a_state() -> None:
+def test_exception_during_run_leaves_valid_state() -> None:
     limit = [5e-4]
 
     def history(time: float) -> float:
@@ -158,7 +158,7 @@ def test_a_function_that_raises_on_the_way_leaves_a_state() -> None:
 
 
 @pytest.mark.parametrize("value", [None, "a", float("nan"), float("inf"), 1j, [1.0], np.zeros(2)])
-def test_a_function_must_give_numbers(value: Any) -> None:
+def test_history_must_return_numbers(value: Any) -> None:
     model = column()
     given: list[Any] = [1.0]
     model.load(force=(1e4, 0, 0), z=2.0, history=lambda time: given[0])
@@ -171,11 +171,11 @@ def test_a_function_must_give_numbers(value: Any) -> None:
     simulation.step(2)
 
 
-def test_a_function_may_use_another_simulation() -> None:
+def test_history_may_use_another_simulation() -> None:
     # One thread for both: the thread that computes also calls the history.
     script = """
 import ddem
-from small import cube
+from sample_models import cube
 other = cube().build(threads=1)
 def history(time):
     other.step(1)
@@ -189,7 +189,7 @@ assert other.steps >= 5
     run_python(script)
 
 
-def test_a_function_cannot_use_its_own_simulation() -> None:
+def test_history_cannot_use_its_own_simulation() -> None:
     model = cube()
     seen: list[BaseException] = []
 
@@ -208,7 +208,7 @@ def test_a_function_cannot_use_its_own_simulation() -> None:
     assert len(seen) >= 3
 
 
-def test_histories_are_garbage_that_is_collected() -> None:
+def test_history_cycles_are_garbage_collected() -> None:
     class Machine:
         def __init__(self) -> None:
             self.model = column()
@@ -226,7 +226,7 @@ def test_histories_are_garbage_that_is_collected() -> None:
     assert gone() is None
 
 
-def test_a_history_where_there_is_none_is_refused() -> None:
+def test_history_in_other_calls_is_refused() -> None:
     simulation = column().build()
     for call in (
         lambda: simulation.run(1e-4, history=lambda time: 1.0),

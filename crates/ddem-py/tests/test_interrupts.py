@@ -14,14 +14,14 @@ from typing import Any
 
 import ddem
 import pytest
-from small import (
+from sample_models import (
     ENDLESS,
     assert_same_results,
+    assert_still_works,
     breaking,
     column,
     environment,
     long,
-    moves,
     same_state,
 )
 
@@ -48,7 +48,7 @@ def interrupted(after: float = 0.15) -> Iterator[list[float]]:
 
 
 @pytest.mark.parametrize("how", ["run", "step", "relax", "record"])
-def test_ctrl_c_stops_at_once(how: str, tmp_path: Path) -> None:
+def test_ctrl_c_stops_immediately(how: str, tmp_path: Path) -> None:
     simulation = long()
     simulation.critical_step
     calls: dict[str, Callable[[], Any]] = {
@@ -61,13 +61,13 @@ def test_ctrl_c_stops_at_once(how: str, tmp_path: Path) -> None:
         calls[how]()
     assert time.perf_counter() - at[0] < AT_ONCE
     assert simulation.steps > 0
-    moves(simulation)
+    assert_still_works(simulation)
     if how == "record":
         simulation.run(1e-4, record=tmp_path / "out", quiet=True)
         assert same_state(ddem.load(tmp_path / "out" / "checkpoint.h5"), simulation)
 
 
-def test_a_handler_of_ones_own_is_asked() -> None:
+def test_user_signal_handler_is_called() -> None:
     class Enough(Exception):
         pass
 
@@ -79,7 +79,7 @@ def test_a_handler_of_ones_own_is_asked() -> None:
         simulation = long()
         with interrupted(), pytest.raises(Enough):
             simulation.run(ENDLESS, quiet=True)
-        moves(simulation)
+        assert_still_works(simulation)
         asked: list[int] = []
         signal.signal(signal.SIGINT, lambda number, frame: asked.append(number))
         with interrupted(0.05):
@@ -89,7 +89,7 @@ def test_a_handler_of_ones_own_is_asked() -> None:
         signal.signal(signal.SIGINT, before)
 
 
-def test_steps_after_ctrl_c_are_those_without() -> None:
+def test_ctrl_c_changes_no_bit() -> None:
     simulation, reference = (column(divisions=6).build() for _ in range(2))
     simulation.start(damping=0.05)
     reference.start(damping=0.05)
@@ -100,7 +100,7 @@ def test_steps_after_ctrl_c_are_those_without() -> None:
     assert same_state(simulation, reference)
 
 
-def test_a_run_goes_on_after_ctrl_c() -> None:
+def test_run_continues_after_ctrl_c() -> None:
     simulation = long()
     step = 0.5 * simulation.critical_step
     with interrupted(), pytest.raises(KeyboardInterrupt):
@@ -121,7 +121,7 @@ def endless(title: str) -> ddem.Model:
     return model
 
 
-def test_a_deck_goes_on_after_ctrl_c(tmp_path: Path) -> None:
+def test_deck_resumes_after_ctrl_c(tmp_path: Path) -> None:
     model = endless("goes on")
     out, whole = tmp_path / "out", tmp_path / "whole"
     times = 0
@@ -154,10 +154,10 @@ def test_resume_needs_a_checkpoint(tmp_path: Path) -> None:
         ddem.run_deck(endless("none"), out=tmp_path / "out", resume=True, quiet=True)
 
 
-def test_ctrl_c_of_a_terminal(tmp_path: Path) -> None:
+def test_ctrl_c_in_terminal_stops_run_deck(tmp_path: Path) -> None:
     script = """
 import sys
-from small import long
+from sample_models import long
 simulation = long()
 simulation.critical_step
 print("go", flush=True)
@@ -187,7 +187,7 @@ except KeyboardInterrupt:
 
 
 @pytest.mark.parametrize("how", ["start", "critical_step", "relax", "run"])
-def test_ctrl_c_before_the_first_step(how: str) -> None:
+def test_ctrl_c_stops_before_first_step(how: str) -> None:
     """In a large model the search for the critical step and for the masses takes seconds."""
     model = column(divisions=20)
     calls: dict[str, Callable[[ddem.Simulation], Any]] = {
@@ -231,12 +231,12 @@ class Interrupting:
         lambda it: setattr(column().build(), "displacement", it),
     ],
 )
-def test_ctrl_c_in_an_argument_is_not_lost(call: Callable[[Any], Any]) -> None:
+def test_ctrl_c_during_argument_conversion_is_raised(call: Callable[[Any], Any]) -> None:
     with pytest.raises(KeyboardInterrupt):
         call(Interrupting())
 
 
-def test_ctrl_c_comes_before_any_error() -> None:
+def test_ctrl_c_takes_precedence_over_errors() -> None:
     """A loop over models that ignores errors can be stopped."""
 
     def late(time: float) -> float:
@@ -251,7 +251,7 @@ def test_ctrl_c_comes_before_any_error() -> None:
         model.build().run(1e-3, quiet=True)
 
 
-def test_ctrl_c_outlives_a_bar_that_fails(monkeypatch: Any) -> None:
+def test_ctrl_c_is_raised_despite_failing_progress_bar(monkeypatch: Any) -> None:
     import ddem._progress
 
     def close(bar: Any) -> None:

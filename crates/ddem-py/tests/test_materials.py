@@ -6,10 +6,10 @@ import json
 
 import ddem
 import pytest
-from small import ROCK, SEAM
+from sample_models import ROCK, SEAM
 
 
-def test_attributes_are_the_keys() -> None:
+def test_attributes_equal_deck_keys() -> None:
     assert (ROCK.name, ROCK.density, ROCK.young, ROCK.poisson) == (None, 2400.0, 18e9, 0.25)
     joint = ddem.Joint(thickness=1, material="rock", friction=30, name="it")
     assert (joint.name, joint.thickness, joint.material) == ("it", 1.0, "rock")
@@ -25,7 +25,7 @@ def test_attributes_are_the_keys() -> None:
         ROCK.density = 3.0
 
 
-def test_equal_ones_share_a_name() -> None:
+def test_equal_materials_share_a_name() -> None:
     model = ddem.Model()
     for x in range(3):
         rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
@@ -41,7 +41,7 @@ def test_equal_ones_share_a_name() -> None:
     assert len(model.deck["materials"]) == 2
 
 
-def test_by_object_and_by_name() -> None:
+def test_materials_are_given_by_object_or_name() -> None:
     model = ddem.Model()
     rock = ddem.Material(density=2400, young=18e9, poisson=0.25, name="rock")
     seam = ddem.Joint(thickness=0.01, material="rock", name="seam")
@@ -69,7 +69,7 @@ def test_conflicting_names_are_refused() -> None:
         model.add_blocks(size=(2, 1, 1), count=(2, 1, 1), material=rock, joint={"x": a, "y": b})
 
 
-def test_given_names_are_not_taken_by_nameless_ones() -> None:
+def test_automatic_names_avoid_given_names() -> None:
     model = ddem.Model()
     first = ddem.Material(density=1, young=1, poisson=0, name="material-1")
     second = ddem.Material(density=2, young=1, poisson=0)
@@ -79,7 +79,7 @@ def test_given_names_are_not_taken_by_nameless_ones() -> None:
     assert [materials[block["material"]]["density"] for block in blocks] == [1.0, 2.0]
 
 
-def test_equality() -> None:
+def test_materials_and_joints_compare_by_value() -> None:
     assert ddem.Material(density=2400, young=18e9, poisson=0.25) == ROCK
     assert ddem.Material(density=2400, young=18e9, poisson=0.25, name="a") != ROCK
     assert ddem.Material(density=2401, young=18e9, poisson=0.25) != ROCK

@@ -15,7 +15,7 @@ def column(blocks: int) -> dict:
     return {"nodes": nodes, "hexes": hexes, "blocks": np.arange(blocks)}
 
 
-def test_a_column_from_arrays_bears_its_weight():
+def test_mesh_column_carries_weight():
     rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
     seam = ddem.Joint(normal_stiffness=1e10, shear_stiffness=4e9)
     model = ddem.Model(gravity=(0, 0, -9.81))
@@ -28,7 +28,7 @@ def test_a_column_from_arrays_bears_its_weight():
     assert copy.deepcopy(model).build().n_nodes == 40
 
 
-def test_joints_of_pairs_of_faces():
+def test_face_pairs_make_joints():
     rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
     seam = ddem.Joint(normal_stiffness=1e10, shear_stiffness=4e9)
     mesh = column(2)
@@ -41,7 +41,7 @@ def test_joints_of_pairs_of_faces():
     assert of_pairs == model.build().n_pairs > 0
 
 
-def test_what_is_wrong_with_a_mesh_is_named():
+def test_mesh_errors_are_named():
     rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
     mesh = column(2)
     mesh["nodes"][3] += 0.1

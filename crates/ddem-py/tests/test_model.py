@@ -12,7 +12,7 @@ from typing import Any
 import ddem
 import numpy as np
 import pytest
-from small import ROCK, SEAM, column, cube
+from sample_models import ROCK, SEAM, column, cube
 
 
 def full() -> ddem.Model:
@@ -101,7 +101,7 @@ def rounds(model: ddem.Model, folder: Path) -> None:
         assert again.deck == model.deck
 
 
-def test_every_section_is_written_and_read_again(tmp_path: Path) -> None:
+def test_every_section_round_trips(tmp_path: Path) -> None:
     model = full()
     rounds(model, tmp_path)
     sections = set(ddem.schema()["properties"])
@@ -110,7 +110,7 @@ def test_every_section_is_written_and_read_again(tmp_path: Path) -> None:
     assert model.build().n_blocks == 4 + 1
 
 
-def test_blocks_are_split() -> None:
+def test_refine_splits_blocks() -> None:
     model = column()
     before = model.build().n_blocks
     model.refine(factor=2, set="all")
@@ -118,7 +118,7 @@ def test_blocks_are_split() -> None:
     assert model.build().n_blocks == 8 * before
 
 
-def test_what_a_deck_says_is_what_was_given() -> None:
+def test_deck_has_the_given_values() -> None:
     deck = full().deck
     assert deck["title"] == "everything"
     assert deck["model"] == {
@@ -144,7 +144,7 @@ def test_what_a_deck_says_is_what_was_given() -> None:
     assert deck["probe"][1]["where"] == {"z": 0.0}
 
 
-def test_what_contacts_are_is_said_once() -> None:
+def test_contact_replaces_earlier_contact() -> None:
     model = column()
     assert "contact" not in model.deck
     model.contact(friction=20, damping=np.float64(0.5))
@@ -156,7 +156,7 @@ def test_what_contacts_are_is_said_once() -> None:
     assert "contact" not in model.deck
 
 
-def test_the_deck_is_a_copy() -> None:
+def test_deck_is_a_copy() -> None:
     model = column()
     deck = model.deck
     deck["model"]["gravity"] = [1.0, 2.0, 3.0]
@@ -168,7 +168,7 @@ def test_the_deck_is_a_copy() -> None:
     json.dumps(deck)
 
 
-def test_from_is_from_() -> None:
+def test_from_underscore_is_key_from() -> None:
     model = column()
     model.stage("push", kind="relax")
     model.load(force=(1, 0, 0), z=2.0, from_="push", until="push")
@@ -178,7 +178,7 @@ def test_from_is_from_() -> None:
     assert model.deck["fix"][1]["from"] == "push"
 
 
-def test_where_may_be_written_as_in_the_deck() -> None:
+def test_where_may_be_a_dictionary() -> None:
     one, other = column(), column()
     one.fix("x", z=2.0, x=(0, 1))
     other.fix("x", where={"z": 2.0, "x": [0, 1]})
@@ -198,7 +198,7 @@ def test_where_may_be_written_as_in_the_deck() -> None:
         ("none", "none"),
     ],
 )
-def test_damping_is_a_ratio_or_as_in_the_deck(given: Any, written: Any) -> None:
+def test_damping_is_number_or_dictionary(given: Any, written: Any) -> None:
     model = column()
     model.stage("a", kind="dynamic", duration=1, damping=given)
     assert model.deck["stage"][0]["damping"] == written
@@ -214,7 +214,7 @@ def test_damping_is_a_ratio_or_as_in_the_deck(given: Any, written: Any) -> None:
         (np.array([[0, 0], [1, 2]]), {"table": [[0.0, 0.0], [1.0, 2.0]]}),
     ],
 )
-def test_histories_as_rows_and_dictionaries(given: Any, written: Any) -> None:
+def test_histories_are_rows_or_dictionaries(given: Any, written: Any) -> None:
     model = column()
     model.load(force=(1, 0, 0), z=2.0, history=given)
     model.fix("x", velocity=(1, 0, 0), z=2.0, history=given)
@@ -222,7 +222,7 @@ def test_histories_as_rows_and_dictionaries(given: Any, written: Any) -> None:
     assert model.deck["fix"][1]["history"] == written
 
 
-def test_a_function_is_no_part_of_a_deck(tmp_path: Path) -> None:
+def test_functions_cannot_be_written_to_a_deck(tmp_path: Path) -> None:
     model = column()
     model.load(force=(1, 0, 0), z=2.0)
     model.load(force=(1, 0, 0), z=2.0, history=lambda time: time)
@@ -244,12 +244,12 @@ def test_a_function_is_no_part_of_a_deck(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_only_loads_and_supports_have_functions() -> None:
+def test_initial_conditions_take_no_function() -> None:
     with pytest.raises(ddem.ModelError, match="^history: "):
         column().initial(velocity=(1, 0, 0), history=lambda time: time)
 
 
-def test_numpy_numbers_and_arrays_are_numbers() -> None:
+def test_numpy_numbers_and_arrays_are_accepted() -> None:
     model = ddem.Model(gravity=np.array([0, 0, -10], dtype=np.int32))
     rock = ddem.Material(density=np.float32(2400), young=np.int64(10**10), poisson=np.float64(0.25))
     model.add_blocks(
@@ -262,11 +262,11 @@ def test_numpy_numbers_and_arrays_are_numbers() -> None:
     assert model.build().n_nodes == 27
 
 
-def test_a_long_double_is_a_number() -> None:
+def test_long_double_is_accepted() -> None:
     assert ddem.Material(density=np.longdouble(2400), young=1, poisson=0).density == 2400.0
 
 
-def test_a_free_cube_has_no_joints() -> None:
+def test_free_cube_has_no_joints() -> None:
     assert "joints" not in cube().deck or cube().deck["joints"] == {}
 
 
@@ -276,7 +276,7 @@ def test_a_free_cube_has_no_joints() -> None:
 @pytest.mark.parametrize(
     "copied", [copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))]
 )
-def test_pickle_and_copy(copied: Any) -> None:
+def test_copies_and_pickles_are_equal(copied: Any) -> None:
     named = ddem.Joint(
         normal_stiffness=1e9, shear_stiffness=2e9, fracture_energy=(1, 2), tension=1, name="n"
     )
@@ -291,13 +291,13 @@ def test_pickle_and_copy(copied: Any) -> None:
     assert again.deck != model.deck, "a copy is a model of its own"
 
 
-def test_what_repr_says_makes_the_same() -> None:
+def test_repr_evaluates_to_an_equal_object() -> None:
     for one in (ROCK, SEAM, ddem.Joint(thickness=1, material="a", fracture_energy=(1, 2))):
         assert eval(repr(one), {"Material": ddem.Material, "Joint": ddem.Joint}) == one
     assert repr(column(title="tower")) == '<Model "tower": 2 blocks, 54 nodes>'
 
 
-def test_a_model_holds_on_to_nothing_it_was_not_given() -> None:
+def test_model_keeps_no_extra_references() -> None:
     class Held:
         def __call__(self, time: float) -> float:
             return 1.0

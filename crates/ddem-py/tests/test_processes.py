@@ -8,7 +8,7 @@ from typing import Any
 
 import ddem
 import pytest
-from small import breaking
+from sample_models import breaking
 
 
 def simulated(threads: int | None) -> bytes:
@@ -25,7 +25,7 @@ def run_in_child(queue: Any, simulation: ddem.Simulation | None) -> None:
 
 
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-def test_a_forked_process_runs_too() -> None:
+def test_forked_process_runs() -> None:
     found = simulated(None), simulated(2)
     simulation = breaking().build()
     simulation.step(5)
@@ -52,7 +52,7 @@ def test_a_forked_process_runs_too() -> None:
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 @pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
-def test_a_pool_of_processes(method: str) -> None:
+def test_process_pool_gives_same_bits(method: str) -> None:
     expected = simulated(1)
     context = multiprocessing.get_context(method)
     with ProcessPoolExecutor(2, mp_context=context) as pool:
@@ -63,7 +63,7 @@ def diverge(n: int) -> None:
     raise ddem.Diverged("gone", n, 0.5, 3, 4)
 
 
-def test_exceptions_come_from_other_processes() -> None:
+def test_exceptions_cross_process_boundaries() -> None:
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         with pytest.raises(ddem.Diverged) as caught:
             pool.submit(diverge, 7).result(30)

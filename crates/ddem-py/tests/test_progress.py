@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from small import ENDLESS, column, long, moves
+from sample_models import ENDLESS, assert_still_works, column, long
 
 
 class Terminal(io.StringIO):
@@ -59,7 +59,7 @@ def test_progress_is_shown_in_a_terminal(monkeypatch: Any) -> None:
             ddem._progress.DELAY = delay
 
 
-def test_nothing_is_shown_without_a_terminal_or_when_quiet(
+def test_no_progress_without_terminal_or_when_quiet(
     monkeypatch: Any, at_once: None, capfd: Any
 ) -> None:
     simulation = long()
@@ -75,7 +75,7 @@ def test_nothing_is_shown_without_a_terminal_or_when_quiet(
 
 
 @pytest.mark.parametrize("blocked", ["tqdm", "tqdm.auto"])
-def test_progress_needs_no_tqdm(monkeypatch: Any, blocked: str) -> None:
+def test_calls_run_without_tqdm(monkeypatch: Any, blocked: str) -> None:
     monkeypatch.setitem(sys.modules, blocked, None)
     monkeypatch.setitem(sys.modules, "tqdm.auto", None)
     simulation = column().build()
@@ -85,7 +85,7 @@ def test_progress_needs_no_tqdm(monkeypatch: Any, blocked: str) -> None:
     assert simulation.steps > 100
 
 
-def test_a_broken_bar_ends_the_call_and_no_more(monkeypatch: Any) -> None:
+def test_failing_progress_bar_ends_only_the_call(monkeypatch: Any) -> None:
     class Broken:
         def __init__(self, **keys: Any) -> None:
             raise RuntimeError("no bar today")
@@ -97,4 +97,4 @@ def test_a_broken_bar_ends_the_call_and_no_more(monkeypatch: Any) -> None:
     simulation = long()
     with pytest.raises(RuntimeError, match="no bar today"):
         simulation.run(ENDLESS)
-    moves(simulation)
+    assert_still_works(simulation)

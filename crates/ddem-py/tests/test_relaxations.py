@@ -7,7 +7,7 @@ import warnings
 import ddem
 import numpy as np
 import pytest
-from small import ROCK, SEAM, column, cube, staged
+from sample_models import ROCK, SEAM, column, cube, staged
 
 
 def warned(call: object) -> list[str]:
@@ -18,7 +18,7 @@ def warned(call: object) -> list[str]:
     return [str(warning.message) for warning in caught]
 
 
-def test_forgotten_supports_are_named() -> None:
+def test_missing_supports_are_named() -> None:
     simulation = cube().build()
     with pytest.raises(ddem.ModelError, match="translation along x.*rotation about z"):
         simulation.relax()
@@ -31,17 +31,17 @@ def test_forgotten_supports_are_named() -> None:
     simulation.run(1e-4, quiet=True)
 
 
-def test_a_load_that_is_nothing_yet_is_warned_of() -> None:
+def test_load_of_zero_in_relaxation_warns() -> None:
     for history in ({"ramp": 0.1}, lambda time: 10 * time):
         model = column()
         model.load(pressure=1e6, z=2.0, history=history)
         simulation = model.build()
-        said = warned(lambda simulation=simulation: simulation.relax(quiet=True))
-        assert any("load 0 does not act" in text for text in said)
+        message = warned(lambda simulation=simulation: simulation.relax(quiet=True))
+        assert any("load 0 does not act" in text for text in message)
         assert warned(lambda simulation=simulation: simulation.run(1e-4, quiet=True)) == []
 
 
-def test_a_name_begins_the_stage_that_has_it() -> None:
+def test_stage_name_enters_its_stage() -> None:
     by_name, by_hand = staged().build(), staged().build()
     by_name.relax(tolerance=1e-5, name="settle", quiet=True)
     by_hand.relax(tolerance=1e-5, quiet=True)
@@ -55,14 +55,14 @@ def test_a_name_begins_the_stage_that_has_it() -> None:
     assert np.array_equal(by_name.displacement, by_hand.displacement)
 
 
-def test_a_name_that_is_nearly_a_stage_is_warned_of() -> None:
+def test_misspelt_stage_name_warns() -> None:
     simulation = staged().build()
-    said = warned(lambda: simulation.run(1e-5, name="psuh", quiet=True))
-    assert any(text.endswith("[unknown-stage]") and "`push`" in text for text in said)
+    message = warned(lambda: simulation.run(1e-5, name="psuh", quiet=True))
+    assert any(text.endswith("[unknown-stage]") and "`push`" in text for text in message)
     assert warned(lambda: simulation.run(1e-5, name="shake", quiet=True)) == []
 
 
-def test_a_call_without_a_name_begins_no_stage() -> None:
+def test_call_without_name_enters_no_stage() -> None:
     model = column()
     model.load(traction=(1e5, 0, 0), z=2.0, from_="run 2")
     model.stage("first", kind="dynamic", duration=1.0)
@@ -73,7 +73,7 @@ def test_a_call_without_a_name_begins_no_stage() -> None:
     assert abs(simulation.displacement[:, 0].mean()) < 1e-12
 
 
-def test_damping_outlives_a_relaxation() -> None:
+def test_damping_persists_after_relaxation() -> None:
     simulation = column().build()
     simulation.start(damping=0.05)
     simulation.relax(quiet=True)
@@ -82,7 +82,7 @@ def test_damping_outlives_a_relaxation() -> None:
     assert simulation.energy["damping"] > 0
 
 
-def test_a_collapse_says_what_was_reached() -> None:
+def test_collapse_reports_ratio_and_moving_blocks() -> None:
     weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e3, friction=20, tension=1e3)
     model = column(weak, contact=False)
     model.load(traction=(0, 0, 1e6), z=2.0)

@@ -11,7 +11,7 @@ import ddem
 import h5py
 import numpy as np
 import pytest
-from small import breaking, column, refused, same, staged
+from sample_models import breaking, column, refused, same, staged
 from test_contacts import fallen
 
 pytest.importorskip("pyvista")
@@ -30,7 +30,7 @@ def frames_of(folder: Path) -> list[list[str]]:
         return list(csv.reader(file))[1:]
 
 
-def test_frames_have_their_stage_step_and_time(folder: Path) -> None:
+def test_frames_have_stage_step_and_time(folder: Path) -> None:
     results = ddem.Results(folder)
     assert len(results) == 1 + 1 + 5
     # The first frame is the start. A relaxation takes no time, so its frame has the same time.
@@ -47,7 +47,7 @@ def test_frames_have_their_stage_step_and_time(folder: Path) -> None:
     assert [float(row[3]) for row in frames_of(folder)] == shown.tolist()
 
 
-def test_frames_are_picked_like_items_of_a_list(folder: Path) -> None:
+def test_frames_are_indexed_like_a_list(folder: Path) -> None:
     results = ddem.Results(str(folder))
     assert [frame.index for frame in results] == list(range(7))
     assert [frame.index for frame in results[1:5:2]] == [1, 3]
@@ -58,7 +58,7 @@ def test_frames_are_picked_like_items_of_a_list(folder: Path) -> None:
     assert "7 frames" in repr(results) and "push" in repr(results[3])
 
 
-def test_fields_are_those_of_the_file_in_every_frame(folder: Path) -> None:
+def test_frame_fields_equal_the_file(folder: Path) -> None:
     results = ddem.Results(folder)
     for name, place in (("blocks", "Point"), ("blocks", "Cell"), ("joints", "Point")):
         with h5py.File(folder / f"{name}.vtkhdf") as file:
@@ -74,7 +74,7 @@ def test_fields_are_those_of_the_file_in_every_frame(folder: Path) -> None:
                         assert same(getattr(frame, field), frame[field])
 
 
-def test_the_last_frame_is_the_simulation(tmp_path: Path) -> None:
+def test_last_frame_equals_the_simulation(tmp_path: Path) -> None:
     model = breaking()
     simulation = model.build()
     simulation.run(2e-3, record=tmp_path / "run", quiet=True)
@@ -104,7 +104,7 @@ def test_the_last_frame_is_the_simulation(tmp_path: Path) -> None:
     assert refused(lambda: simulation.mesh("block")).count("did you mean 'blocks'")
 
 
-def test_contacts_are_those_of_the_simulation(tmp_path: Path) -> None:
+def test_contacts_equal_the_simulation(tmp_path: Path) -> None:
     simulation = fallen(friction=30).build()
     simulation.run(0.1, record=tmp_path, damping={"local": 0.5}, quiet=True)
     frame, exact = ddem.Results(tmp_path)[-1], simulation.contacts
@@ -115,7 +115,7 @@ def test_contacts_are_those_of_the_simulation(tmp_path: Path) -> None:
     assert np.array_equal(mesh["force"], exact["force"]) and mesh.n_cells == len(exact)
 
 
-def test_what_is_removed_is_not_in_the_mesh(tmp_path: Path) -> None:
+def test_mesh_excludes_removed_blocks(tmp_path: Path) -> None:
     model = column()
     model.remove(z=(1.0, 2.0), from_="dig")
     model.stage("before", kind="relax")
@@ -133,7 +133,7 @@ def test_what_is_removed_is_not_in_the_mesh(tmp_path: Path) -> None:
     assert results[-1].mesh("joints").n_cells == 0 < results[0].mesh("joints").n_cells
 
 
-def test_tables(folder: Path) -> None:
+def test_tables_equal_the_files(folder: Path) -> None:
     results = ddem.Results(folder)
     assert results.title == "staged" and "[[stage]]" in results.deck
     assert results.summary == json.loads((folder / "summary.json").read_text())
@@ -182,14 +182,14 @@ def test_arrays_of_a_simulation_become_data_frames() -> None:
     assert np.array_equal(wide["top.z"], simulation.probes["top"]["z"])
 
 
-def test_pandas_is_asked_for_by_name(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_pandas_is_named(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     import sys
 
     monkeypatch.setitem(sys.modules, "pandas", None)
     assert "pip install pandas" in refused(ddem.Results(folder).energy.to_pandas, ImportError)
 
 
-def test_wrong_names_are_said(folder: Path) -> None:
+def test_unknown_names_suggest_similar_ones(folder: Path) -> None:
     frame = ddem.Results(folder)[0]
     calls: list[tuple[Any, type[Exception]]] = [
         (lambda: frame.displacment, AttributeError),
@@ -197,24 +197,24 @@ def test_wrong_names_are_said(folder: Path) -> None:
         (lambda: frame.field("displacment"), ValueError),
     ]
     for call, kind in calls:
-        said = refused(call, kind)
-        assert "did you mean 'displacement'" in said and "'traction'" in said
+        message = refused(call, kind)
+        assert "did you mean 'displacement'" in message and "'traction'" in message
     assert not hasattr(frame, "__array__") and "traction" in dir(frame)
     assert "did you mean 'contacts'" in refused(lambda: frame.contact, AttributeError)
 
 
-def test_folders_that_hold_nothing(folder: Path, tmp_path: Path) -> None:
-    def said(path: Path) -> str:
+def test_folders_without_results_are_refused(folder: Path, tmp_path: Path) -> None:
+    def message(path: Path) -> str:
         return refused(lambda: ddem.Results(path), FileNotFoundError)
 
-    assert "stagd does not exist" in said(folder.with_name("stagd"))
-    assert f"did you mean {str(folder)!r}" in said(folder.with_name("stagd"))
-    assert "blocks.vtkhdf, probes.csv" in said(tmp_path)
-    assert repr(str(folder)) in said(folder.parent)
-    assert "is a file" in said(folder / "energy.csv")
+    assert "stagd does not exist" in message(folder.with_name("stagd"))
+    assert f"did you mean {str(folder)!r}" in message(folder.with_name("stagd"))
+    assert "blocks.vtkhdf, probes.csv" in message(tmp_path)
+    assert repr(str(folder)) in message(folder.parent)
+    assert "is a file" in message(folder / "energy.csv")
 
 
-def test_a_run_that_goes_on_can_be_read(tmp_path: Path) -> None:
+def test_unfinished_run_can_be_read(tmp_path: Path) -> None:
     counts: list[int] = []
 
     def look(simulation: ddem.Simulation) -> None:
@@ -228,7 +228,7 @@ def test_a_run_that_goes_on_can_be_read(tmp_path: Path) -> None:
     assert counts == [2, 3, 4] and len(ddem.Results(tmp_path)) == 5
 
 
-def test_plain_pyvista_shows_the_time_steps(folder: Path) -> None:
+def test_pyvista_reads_the_time_steps(folder: Path) -> None:
     """PyVista reads the time steps as documented."""
     import pyvista as pv
 

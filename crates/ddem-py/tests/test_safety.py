@@ -21,7 +21,7 @@ def slope(friction: float) -> ddem.Model:
     return model
 
 
-def test_a_block_on_a_plane() -> None:
+def test_block_on_plane_has_exact_factor() -> None:
     exact = math.tan(math.radians(38)) / math.tan(math.radians(30))
     found = ddem.factor_of_safety(slope(38.0))
     assert found.factor == pytest.approx(exact, rel=5e-3)
@@ -38,14 +38,14 @@ def test_a_block_on_a_plane() -> None:
 
 
 @pytest.mark.parametrize("friction", [25.0, 30.0])
-def test_a_model_that_does_not_stand_has_a_factor_below_1(friction: float) -> None:
+def test_failing_model_has_factor_below_1(friction: float) -> None:
     exact = math.tan(math.radians(friction)) / math.tan(math.radians(30))
     found = ddem.factor_of_safety(slope(friction))
     assert found.factor == pytest.approx(exact, rel=5e-3)
     assert [block for _, block in found.moving] == [1]
 
 
-def test_a_model_on_the_limit_has_an_end() -> None:
+def test_search_at_the_limit_ends() -> None:
     # The slope neither comes to rest nor fails; its first relaxation must not use all steps of a
     # trial.
     found = ddem.factor_of_safety(slope(30.0), bracket=(0.9, 1.2), max_steps=5000)
@@ -63,12 +63,12 @@ def test_undecided_trials_warn() -> None:
         ddem.factor_of_safety(simulation, bracket=(0.9, 4.0), max_steps=200)
 
 
-def test_a_model_that_is_not_at_rest_is_a_warning() -> None:
+def test_model_not_at_rest_warns() -> None:
     with pytest.warns(UserWarning, match=r"not in equilibrium after 2 steps.*\[not-in-equilibrium\]"):
         ddem.factor_of_safety(slope(38.0), max_steps=2)
 
 
-def test_later_stages_are_no_part_of_it() -> None:
+def test_later_stages_are_excluded_from_search() -> None:
     model = slope(38.0)
     model.load(force=(2e3, 0, 0), z=2.0, from_="push")
     model.stage("weight", kind="relax")
@@ -77,7 +77,7 @@ def test_later_stages_are_no_part_of_it() -> None:
         ddem.factor_of_safety(model)
 
 
-def test_threads_are_those_of_a_model() -> None:
+def test_threads_are_given_with_a_model_only() -> None:
     assert ddem.factor_of_safety(slope(25.0), threads=1).factor is not None
     with pytest.raises(TypeError, match="threads"):
         ddem.factor_of_safety(slope(25.0).build(), threads=1)
@@ -85,7 +85,7 @@ def test_threads_are_those_of_a_model() -> None:
         ddem.factor_of_safety("deck.toml")  # type: ignore[arg-type]
 
 
-def test_wrong_searches_are_refused() -> None:
+def test_invalid_searches_are_refused() -> None:
     simulation = slope(38.0).build()
     for keys in ({"bracket": (2.0, 1.0)}, {"joints": ["no"]}, {"resolution": 0.0}):
         with pytest.raises(ddem.ModelError):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import ddem
-from small import breaking, cube, run_python, same_state
+from sample_models import breaking, cube, run_python, same_state
 
 
-def test_saved_and_loaded(tmp_path: Path) -> None:
+def test_saved_simulation_loads_with_same_bits(tmp_path: Path) -> None:
     simulation = breaking().build()
     simulation.relax(quiet=True)
     simulation.run(5e-4, damping=0.02, quiet=True)
@@ -27,7 +27,7 @@ def test_saved_and_loaded(tmp_path: Path) -> None:
     assert simulation.pairs["state"].any()
 
 
-def test_forces_survive_a_file(tmp_path: Path) -> None:
+def test_applied_forces_are_saved(tmp_path: Path) -> None:
     simulation = cube().build()
     simulation.apply_force([0, 5], (1e3, 0, 0))
     simulation.step(3)
@@ -42,7 +42,7 @@ def test_forces_survive_a_file(tmp_path: Path) -> None:
     assert simulation.force[0, 0] != 0
 
 
-def test_h5py_in_the_same_process(tmp_path: Path) -> None:
+def test_h5py_works_in_the_same_process(tmp_path: Path) -> None:
     # Both modules have their own HDF5 library and may use one file in turns.
     script = f"""
 import pathlib
@@ -51,7 +51,7 @@ import h5py
 import numpy as np
 with h5py.File(folder / "mine.h5", "w") as file: file["a"] = np.arange(5.0)
 import ddem
-from small import cube, same
+from sample_models import cube, same
 simulation = cube().build()
 simulation.run(1e-4, record=folder / "out", quiet=True)
 simulation.save(folder / "state.h5")

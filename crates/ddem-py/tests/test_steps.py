@@ -6,12 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small import WEIGHT, column, cube, same
+from sample_models import WEIGHT, column, cube, same
 
 # --- states and forces ---
 
 
-def test_states_may_be_set() -> None:
+def test_set_displacement_gives_exact_stress() -> None:
     simulation = cube().build()
     displacement = np.zeros((27, 3))
     displacement[:, 0] = 1e-4 * simulation.points[:, 0]
@@ -39,7 +39,7 @@ def test_states_may_be_set() -> None:
     assert same(simulation.displacement, displacement[::-1].copy())
 
 
-def test_energy_balances_with_forces_that_do_work() -> None:
+def test_energy_balances_with_applied_forces() -> None:
     simulation = column().build()
     top = simulation.nodes(z=2.0)
     simulation.relax(quiet=True)
@@ -56,7 +56,7 @@ def test_energy_balances_with_forces_that_do_work() -> None:
     assert list(energy) == names.split()
 
 
-def test_a_force_accelerates() -> None:
+def test_applied_force_accelerates_exactly() -> None:
     simulation = cube().build()
     force = simulation.mass[:, None] * [3.0, 0.0, -1.0]
     simulation.apply_force(np.arange(27), force)
@@ -70,7 +70,7 @@ def test_a_force_accelerates() -> None:
     assert abs(energy["balance"]) < 1e-9 * energy["external_work"]
 
 
-def test_forces_replace_add_up_and_go() -> None:
+def test_applied_forces_are_replaced_added_and_removed() -> None:
     simulation = cube().build()
 
     def at(node: int) -> list[float]:
@@ -93,7 +93,7 @@ def test_forces_replace_add_up_and_go() -> None:
     assert not simulation.force.any()
 
 
-def test_forces_act_besides_the_loads() -> None:
+def test_applied_forces_add_to_loads() -> None:
     model = cube()
     model.load(force=(0, 0, 27.0), z=(0, 1))
     simulation = model.build()
@@ -105,13 +105,13 @@ def test_forces_act_besides_the_loads() -> None:
 # --- steps, runs and stages ---
 
 
-def test_one_step_is_the_default() -> None:
+def test_default_is_one_step() -> None:
     simulation = cube().build()
     simulation.step()
     assert simulation.steps == 1
 
 
-def test_steps_after_a_run_go_on_with_its_step() -> None:
+def test_steps_after_a_run_keep_its_time_step() -> None:
     simulation = column().build()
     simulation.run(1e-4, time_step=1e-5, damping=0.1, quiet=True)
     simulation.step(10)
@@ -119,19 +119,19 @@ def test_steps_after_a_run_go_on_with_its_step() -> None:
     assert simulation.time == pytest.approx(2e-4, rel=1e-12)
 
 
-def test_damping_takes_energy() -> None:
-    def left(**keys: Any) -> float:
+def test_damping_dissipates_energy() -> None:
+    def dissipated(**keys: Any) -> float:
         simulation = column().build()
         simulation.run(0.005, quiet=True, **keys)
         assert abs(simulation.energy["balance"]) < 1e-6 * WEIGHT
         return simulation.energy["damping"]
 
-    assert left() == left(damping="none") == left(damping=0) == 0.0
-    assert left(damping=0.05) > 0 and left(damping={"local": 0.3}) > 0
-    assert left(damping=0.05) == left(damping={"ratio": 0.05})
+    assert dissipated() == dissipated(damping="none") == dissipated(damping=0) == 0.0
+    assert dissipated(damping=0.05) > 0 and dissipated(damping={"local": 0.3}) > 0
+    assert dissipated(damping=0.05) == dissipated(damping={"ratio": 0.05})
 
 
-def test_relax_says_how_many_steps() -> None:
+def test_relax_returns_number_of_steps() -> None:
     simulation = column().build()
     steps = simulation.relax(quiet=True)
     assert steps == simulation.steps > 1
@@ -139,7 +139,7 @@ def test_relax_says_how_many_steps() -> None:
     assert simulation.steps == steps + again
 
 
-def test_a_stage_brings_its_loads() -> None:
+def test_stage_applies_its_loads() -> None:
     model = column(gravity=(0, 0, 0))
     model.load(force=(100, 0, 0), z=2.0, from_="push", until="rest")
     for name in ("settle", "push", "rest"):

@@ -75,11 +75,11 @@ def keys_of(definition: str) -> set[str]:
         ("Simulation.nodes", "Where", set()),
     ],
 )
-def test_the_stub_names_every_key(place: str, definition: str, besides: set[str]) -> None:
+def test_stub_lists_every_key(place: str, definition: str, besides: set[str]) -> None:
     assert keywords(*place.split(".")) == keys_of(definition) | besides
 
 
-def test_every_section_of_the_deck_has_a_method() -> None:
+def test_every_deck_section_has_a_method() -> None:
     made_by = {
         "title": "__new__",
         "model": "__new__",
@@ -91,7 +91,7 @@ def test_every_section_of_the_deck_has_a_method() -> None:
         assert keywords("Model", made_by.get(section, section))
 
 
-def test_the_stub_has_the_keys_of_relax_and_run() -> None:
+def test_stub_has_keys_of_relax_and_run() -> None:
     stage = keys_of("Stage") - {"name", "kind", "bracket", "resolution", "joints", "limit"}
     relax = keywords("Simulation", "relax") - {"name", "record", "quiet"}
     run = keywords("Simulation", "run") - {"name", "record", "quiet"}
@@ -101,7 +101,7 @@ def test_the_stub_has_the_keys_of_relax_and_run() -> None:
     assert keywords("Simulation", "start") <= run
 
 
-def test_the_stub_has_what_schema_calls_words() -> None:
+def test_stub_lists_the_words_of_the_schema() -> None:
     text = STUB.read_text()
     for definition in (
         "Kinematics",
@@ -118,7 +118,7 @@ def test_the_stub_has_what_schema_calls_words() -> None:
 
 
 @pytest.mark.parametrize("name", ["Material", "Joint", "Model", "Simulation"])
-def test_the_stub_has_what_is_there(name: str) -> None:
+def test_stub_lists_every_attribute(name: str) -> None:
     there = {n for n in dir(getattr(ddem, name)) if not n.startswith("_")}
     if name in ("Material", "Joint"):
         there |= set(ddem.schema()["$defs"][name]["properties"])
@@ -128,7 +128,7 @@ def test_the_stub_has_what_is_there(name: str) -> None:
     assert {n for n in written if not n.startswith("_")} == there
 
 
-def test_the_schema_is_a_dictionary_of_its_own() -> None:
+def test_schema_returns_a_new_dictionary() -> None:
     schema = ddem.schema()
     schema.clear()
     assert ddem.schema()["$defs"]

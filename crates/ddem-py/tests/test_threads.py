@@ -13,7 +13,15 @@ from typing import Any
 import ddem
 import numpy as np
 import pytest
-from small import ENDLESS, breaking, column, long, moves, run_python, same_state
+from sample_models import (
+    ENDLESS,
+    assert_still_works,
+    breaking,
+    column,
+    long,
+    run_python,
+    same_state,
+)
 
 
 @contextmanager
@@ -27,7 +35,7 @@ def elsewhere(call: Callable[[], Any]) -> Iterator[threading.Thread]:
 
 
 @pytest.mark.parametrize("how", ["run", "step", "relax"])
-def test_other_threads_go_on(how: str) -> None:
+def test_other_threads_run_during_a_call(how: str) -> None:
     simulation = long()
     calls = {
         "run": lambda: simulation.run(simulation.critical_step * 600, quiet=True),
@@ -82,7 +90,7 @@ def uses(simulation: ddem.Simulation, folder: Path) -> dict[str, Callable[[], An
     return all_
 
 
-def test_a_simulation_is_used_by_one_thread_at_a_time(tmp_path: Path) -> None:
+def test_simulation_is_used_by_one_thread_at_a_time(tmp_path: Path) -> None:
     model = column(divisions=8)
     model.stage("a", kind="relax")
     simulation = model.build(threads=1)
@@ -117,10 +125,10 @@ def test_a_simulation_is_used_by_one_thread_at_a_time(tmp_path: Path) -> None:
     assert failed
     assert "busy" in str(failed["step"]) and isinstance(failed["step"], ddem.Error)
     assert list(tmp_path.iterdir()) == []
-    moves(simulation)
+    assert_still_works(simulation)
 
 
-def test_simulations_of_two_threads_do_not_wait_for_each_other() -> None:
+def test_simulations_of_two_threads_run_concurrently() -> None:
     # Both run in turns on one thread each, and neither may wait for the end of the other.
     one, other = (column(divisions=6).build(threads=1) for _ in range(2))
     stop = threading.Event()
@@ -149,7 +157,7 @@ def other_is_busy(simulation: ddem.Simulation) -> bool:
     return False
 
 
-def test_many_threads_with_simulations_of_their_own() -> None:
+def test_many_threads_run_their_own_simulations() -> None:
     done: list[ddem.Simulation] = []
 
     def run() -> None:
@@ -167,7 +175,7 @@ def test_many_threads_with_simulations_of_their_own() -> None:
     assert [same_state(simulation, done[-1]) for simulation in done] == [True] * 9
 
 
-def test_threads_share_a_model() -> None:
+def test_threads_share_a_model_without_deadlock() -> None:
     # A call must not wait for the interpreter while it holds the lock of the model.
     script = """
 import sys, threading, ddem
@@ -189,7 +197,7 @@ print(len(model.deck["fix"]))
     assert run_python(script, timeout=10) == "100\n"
 
 
-def test_blocks_keep_their_material_whoever_adds_others() -> None:
+def test_nested_add_blocks_keeps_materials() -> None:
     model = ddem.Model()
 
     class Adding:

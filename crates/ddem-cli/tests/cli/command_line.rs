@@ -7,9 +7,9 @@ use super::harness::*;
 
 #[test]
 fn help_goes_to_standard_output() {
-    let went = Desk::new().run("--help");
-    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
-    insta::assert_snapshot!(went.stdout, @r"
+    let outcome = Desk::new().run("--help");
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    insta::assert_snapshot!(outcome.stdout, @r"
     Three-dimensional deformable block discrete element method for jointed rock
 
     Usage: ddem [OPTIONS] <DECK>
@@ -38,38 +38,38 @@ fn help_goes_to_standard_output() {
 }
 
 #[test]
-fn without_arguments_it_shows_the_help() {
+fn missing_deck_shows_usage() {
     let stderr = refused("");
     assert!(stderr.contains("Usage: ddem [OPTIONS] <DECK>"), "{stderr}");
     assert!(refused("--quiet").contains("<DECK>"));
 }
 
 #[test]
-fn version() {
-    let went = Desk::new().run("--version");
-    assert_eq!(went.status, Some(0));
-    assert_eq!(went.stdout, concat!("ddem ", env!("CARGO_PKG_VERSION"), "\n"));
+fn version_is_that_of_the_package() {
+    let outcome = Desk::new().run("--version");
+    assert_eq!(outcome.status, Some(0));
+    assert_eq!(outcome.stdout, concat!("ddem ", env!("CARGO_PKG_VERSION"), "\n"));
 }
 
 #[test]
-fn the_schema_is_json() {
-    let went = Desk::new().run("schema");
-    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
-    let schema: serde_json::Value = serde_json::from_str(&went.stdout).unwrap();
+fn schema_is_json() {
+    let outcome = Desk::new().run("schema");
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
+    let schema: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
     assert!(schema["properties"]["materials"].is_object());
 }
 
 #[test]
-fn a_deck_may_be_called_schema() {
+fn deck_may_be_called_schema() {
     let desk = Desk::new();
     desk.write("schema", &(COLUMN.to_owned() + SHAKE));
-    let went = desk.run("./schema --quiet");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let outcome = desk.run("./schema --quiet");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     assert!(desk.path("results/schema/summary.json").exists());
 }
 
 #[test]
-fn a_reader_that_has_seen_enough_is_no_error() {
+fn closed_output_pipe_is_no_error() {
     let desk = Desk::new();
     let mut command = desk.command("schema");
     let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -80,7 +80,7 @@ fn a_reader_that_has_seen_enough_is_no_error() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn output_that_cannot_be_written_is_said() {
+fn unwritable_output_is_an_error() {
     let full = fs::File::options().write(true).open("/dev/full").unwrap();
     let desk = Desk::new();
     let output = desk.command("schema").stdout(full).output().unwrap();
@@ -90,7 +90,7 @@ fn output_that_cannot_be_written_is_said() {
 }
 
 #[test]
-fn a_missing_deck_with_the_name_of_one_near() {
+fn missing_deck_suggests_similar_name() {
     insta::assert_snapshot!(refused("colum.toml --out new"), @r"
       × cannot read the deck `colum.toml` [invalid-file]
       ╰─▶ No such file or directory (os error 2)
@@ -102,7 +102,7 @@ fn a_missing_deck_with_the_name_of_one_near() {
 }
 
 #[test]
-fn wrong_options() {
+fn invalid_options_are_refused() {
     for threads in ["0", "x", "-1", "1.5", "1000000"] {
         let stderr = refused(&format!("column.toml --threads={threads}"));
         assert!(stderr.contains("expected a whole number from 1 to 1024"), "{stderr}");
@@ -117,14 +117,14 @@ fn wrong_options() {
 }
 
 #[test]
-fn a_misspelt_key_is_shown_and_nothing_is_written() {
+fn misspelt_key_is_shown_and_nothing_is_written() {
     let desk = Desk::new();
     desk.write("column.toml", &(COLUMN.replace("young", "yuong") + SHAKE));
     for arguments in ["column.toml", "column.toml --check", "column.toml --quiet --out new"] {
-        let went = desk.run(arguments);
-        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
+        let outcome = desk.run(arguments);
+        assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(2), ""));
         assert_eq!(desk.names(), ["column.toml"]);
-        insta::allow_duplicates! { insta::assert_snapshot!(went.stderr, @r"
+        insta::allow_duplicates! { insta::assert_snapshot!(outcome.stderr, @r"
         the deck `column.toml` has a mistake in line 7
 
           × unknown key `yuong` [unknown-key]
@@ -141,34 +141,35 @@ fn a_misspelt_key_is_shown_and_nothing_is_written() {
 }
 
 #[test]
-fn a_time_step_that_is_too_long_is_refused_before_anything_is_written() {
+fn unstable_time_step_is_refused_before_any_output() {
     let long = format!("{SHAKE}time_step = 1e-3\n");
     let desk = Desk::with(&[PRESS, &long]);
     for arguments in ["column.toml", "column.toml --check"] {
-        let went = desk.run(arguments);
-        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
-        assert!(went.stderr.contains("critical"), "{}", went.stderr);
+        let outcome = desk.run(arguments);
+        assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(2), ""));
+        assert!(outcome.stderr.contains("critical"), "{}", outcome.stderr);
         assert_eq!(desk.names(), ["column.toml"]);
     }
 }
 
 #[test]
-fn the_word_run_is_not_needed() {
+fn run_is_no_command() {
     let desk = Desk::with(&[SHAKE]);
-    let went = desk.run("run column.toml --check");
-    assert_eq!(went.status, Some(2));
-    let told = "error: `run` is not a command of ddem: run a deck by `ddem column.toml --check`\n";
-    assert_eq!(went.stderr, told);
+    let outcome = desk.run("run column.toml --check");
+    assert_eq!(outcome.status, Some(2));
+    let expected =
+        "error: `run` is not a command of ddem: run a deck by `ddem column.toml --check`\n";
+    assert_eq!(outcome.stderr, expected);
 }
 
 #[test]
-fn info_prints_what_came_out_of_a_run() {
+fn info_prints_summary_of_a_run() {
     let desk = Desk::with(&[PRESS]);
-    let went = desk.run("column.toml");
-    let told = desk.run("info results/column");
-    assert_eq!(told.status, Some(0), "{}", told.stderr);
+    let outcome = desk.run("column.toml");
+    let printed = desk.run("info results/column");
+    assert_eq!(printed.status, Some(0), "{}", printed.stderr);
     insta::with_settings!({filters => vec![(r"\d+\.\d s", "[time]"), (r" off by .*", " off by [little]")]}, {
-        insta::assert_snapshot!(told.stdout, @r"
+        insta::assert_snapshot!(printed.stdout, @r"
         column
         3 blocks, 24 elements, 81 nodes, 18 pairs
 
@@ -183,32 +184,32 @@ fn info_prints_what_came_out_of_a_run() {
         ");
     });
     // The run ends with the same text.
-    let state = told.stdout.split_once("\n\n").and_then(|(_, rest)| rest.split_once("\n\n"));
+    let state = printed.stdout.split_once("\n\n").and_then(|(_, rest)| rest.split_once("\n\n"));
     let (_, state) = state.expect("the state at the end");
-    assert!(went.stderr.contains(state), "{}", went.stderr);
+    assert!(outcome.stderr.contains(state), "{}", outcome.stderr);
 }
 
 #[test]
-fn info_says_why_there_is_nothing_to_print() {
+fn info_explains_missing_results() {
     let desk = Desk::with(&[SHAKE]);
     desk.run("column.toml");
-    let said = |line: &str| {
-        let went = desk.run(line);
-        assert_eq!(went.status, Some(2), "{}", went.stderr);
-        went.stderr
+    let message = |line: &str| {
+        let outcome = desk.run(line);
+        assert_eq!(outcome.status, Some(2), "{}", outcome.stderr);
+        outcome.stderr
     };
     let missing = "error: there is no folder `results/colum`, did you mean `results/column`?\n";
-    assert_eq!(said("info results/colum"), missing);
+    assert_eq!(message("info results/colum"), missing);
     let nothing = "error: `results` holds no summary.json: no run has ended a stage there\n";
-    assert_eq!(said("info results"), nothing);
+    assert_eq!(message("info results"), nothing);
     let file = "error: `column.toml` is a file: give the folder of the results, such as `results/column`\n";
-    assert_eq!(said("info column.toml"), file);
+    assert_eq!(message("info column.toml"), file);
 }
 
 /// Checks that the deck in README.md is `examples/block.toml`, and that the run prints the output
 /// shown there, except for wall-clock times.
 #[test]
-fn the_first_deck_of_the_readme_prints_what_is_shown() {
+fn readme_deck_prints_the_output_shown() {
     let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let read = |path: &str| std::fs::read_to_string(root.join(path)).expect("a file");
     let (readme, deck) = (read("README.md"), read("examples/block.toml"));
@@ -216,7 +217,7 @@ fn the_first_deck_of_the_readme_prints_what_is_shown() {
     let shown = readme.split("```").find(|block| block.trim().starts_with("model: 4 blocks"));
     let desk = Desk::new();
     desk.write("block.toml", &deck);
-    let went = desk.run("block.toml");
+    let outcome = desk.run("block.toml");
     // Times are followed by their unit.
     let timeless = |line: &str| {
         let words: Vec<&str> = line.split_whitespace().collect();
@@ -224,7 +225,7 @@ fn the_first_deck_of_the_readme_prints_what_is_shown() {
         let kept = (0..words.len()).filter(|&at| !is_time(at)).map(|at| words[at]);
         kept.collect::<Vec<_>>().join(" ")
     };
-    let printed: Vec<String> = (went.stdout + &went.stderr).lines().map(timeless).collect();
+    let printed: Vec<String> = (outcome.stdout + &outcome.stderr).lines().map(timeless).collect();
     for line in shown.expect("the output").lines().filter(|line| *line != "...") {
         assert!(printed.contains(&timeless(line)), "{line}\n{printed:#?}");
     }

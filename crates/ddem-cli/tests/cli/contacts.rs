@@ -46,20 +46,20 @@ fn run_changed(change: impl Fn(&str) -> String, arguments: &str) -> RunOutput {
 }
 
 #[test]
-fn sets_that_overlap_are_refused_by_name() {
+fn overlapping_sets_are_refused_by_name() {
     for arguments in ["", "--check"] {
         let change = |text: &str| text.replace("[0.3, 0.2, 1.0]", "[0.3, 0.2, 0.75]");
-        let went = run_changed(change, arguments);
-        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
+        let outcome = run_changed(change, arguments);
+        assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(2), ""));
         let message =
             "block [0, 0, 0] of `above` and block [0, 0, 0] of `below` overlap by 2.500e-1 m";
-        assert!(went.stderr.contains(message), "{}", went.stderr);
-        assert!(went.stderr.contains("blocks[1].origin"), "{}", went.stderr);
+        assert!(outcome.stderr.contains(message), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains("blocks[1].origin"), "{}", outcome.stderr);
     }
 }
 
 #[test]
-fn mistakes_in_contacts_and_of_rigid_blocks_are_refused() {
+fn invalid_contacts_and_rigid_blocks_are_refused() {
     for (from, to, message) in [
         ("[model]", "[contact]\nfriction = 90\n[model]", "`friction` is 90 but must be"),
         (
@@ -75,14 +75,14 @@ fn mistakes_in_contacts_and_of_rigid_blocks_are_refused() {
         ),
         ("every = 1e-3", "quantity = 'stress'", "rigid"),
     ] {
-        let went = run_changed(|text| text.replace(from, to), "");
-        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""), "{to}");
-        assert!(went.stderr.contains(message), "{to}: {}", went.stderr);
+        let outcome = run_changed(|text| text.replace(from, to), "");
+        assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(2), ""), "{to}");
+        assert!(outcome.stderr.contains(message), "{to}: {}", outcome.stderr);
     }
 }
 
 #[test]
-fn what_is_doubted_of_contacts_and_rigid_blocks_is_said() {
+fn doubtful_contacts_and_rigid_blocks_warn() {
     for (from, to, message) in [
         (
             "[model]",
@@ -96,38 +96,38 @@ fn what_is_doubted_of_contacts_and_rigid_blocks_is_said() {
              its edge into the one below: contacts have 1.00e5 Pa/m [soft-contact]",
         ),
     ] {
-        let went = run_changed(|text| text.replacen(from, to, 1), "--check");
-        assert_eq!(went.status, Some(0), "{}", went.stderr);
-        assert!(went.stderr.starts_with(message), "{to}: {}", went.stderr);
+        let outcome = run_changed(|text| text.replacen(from, to, 1), "--check");
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+        assert!(outcome.stderr.starts_with(message), "{to}: {}", outcome.stderr);
     }
-    let went = run_changed(str::to_owned, "");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
-    assert!(!went.stderr.contains("warning"), "{}", went.stderr);
+    let outcome = run_changed(str::to_owned, "");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    assert!(!outcome.stderr.contains("warning"), "{}", outcome.stderr);
 }
 
 /// A block that moves too fast stops the run. The error names the block, and the results so far
 /// remain.
 #[test]
-fn blocks_that_are_too_fast_stop_the_run() {
+fn too_fast_block_stops_the_run() {
     let desk = Desk::new();
     desk.write("pair.toml", &PAIR.replace("[1, 0, -0.5]", "[3e4, 0, 0]"));
-    let went = desk.run("pair.toml --out a");
-    assert_eq!(went.status, Some(1), "{}", went.stderr);
-    assert!(went.stderr.contains("block 1 of `above` moved "), "{}", went.stderr);
-    assert!(went.stderr.contains("in step 1, at time "), "{}", went.stderr);
+    let outcome = desk.run("pair.toml --out a");
+    assert_eq!(outcome.status, Some(1), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("block 1 of `above` moved "), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("in step 1, at time "), "{}", outcome.stderr);
     assert!(desk.path("a/energy.csv").exists());
 }
 
 #[test]
 #[cfg(unix)]
-fn an_interrupted_slide_goes_on_bit_for_bit() {
+fn interrupted_slide_resumes_with_same_bits() {
     let desk = Desk::new();
     desk.write("pair.toml", &PAIR.replace("duration = 0.05", "duration = 3.0"));
     assert_eq!(desk.run("pair.toml --out whole").status, Some(0));
-    let went = desk.interrupt("pair.toml --out parts", "slide");
-    assert_eq!(went.status, Some(130), "{}", went.stderr);
-    let went = desk.run("pair.toml --out parts --resume --threads 2");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let outcome = desk.interrupt("pair.toml --out parts", "slide");
+    assert_eq!(outcome.status, Some(130), "{}", outcome.stderr);
+    let outcome = desk.run("pair.toml --out parts --resume --threads 2");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     for name in ["probes.csv", "energy.csv"] {
         let read = |folder: &str| desk.read(&format!("{folder}/{name}"));
         assert!(read("whole") == read("parts"), "{name}");
@@ -146,12 +146,12 @@ fn undamped(text: &str) -> String {
 
 /// Sliding deformable blocks need some damping; rigid blocks need none.
 #[test]
-fn undamped_blocks_that_slide_are_warned_of() {
+fn undamped_sliding_warns() {
     let doubt = "[undamped-sliding]";
     for (damping, warned) in [("'none'", true), ("{ stiffness = 1e-5 }", false)] {
-        let went = run_changed(|text| undamped(&soft(text)).replace("'none'", damping), "");
-        assert_eq!(went.status, Some(0), "{}", went.stderr);
-        assert_eq!(went.stderr.contains(doubt), warned, "{}", went.stderr);
+        let outcome = run_changed(|text| undamped(&soft(text)).replace("'none'", damping), "");
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+        assert_eq!(outcome.stderr.contains(doubt), warned, "{}", outcome.stderr);
     }
     for change in [undamped, soft] {
         assert!(!run_changed(change, "").stderr.contains(doubt));
@@ -161,7 +161,7 @@ fn undamped_blocks_that_slide_are_warned_of() {
 /// Friction dissipates about a third of the energy of blocks thrown by an explosive, but they do
 /// not slide steadily.
 #[test]
-fn a_blast_is_not_warned_of_as_sliding() {
+fn blast_gives_no_sliding_warning() {
     let desk = Desk::new();
     let blast = "
 [materials.rock]
@@ -195,9 +195,9 @@ kind = 'dynamic'
 duration = 2e-2
 ";
     desk.write("blast.toml", blast);
-    let went = desk.run("blast.toml");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
-    assert!(!went.stderr.contains("[undamped-sliding]"), "{}", went.stderr);
+    let outcome = desk.run("blast.toml");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    assert!(!outcome.stderr.contains("[undamped-sliding]"), "{}", outcome.stderr);
     let table = String::from_utf8(desk.read("results/blast/energy.csv")).unwrap();
     let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
     let last = |name: &str| -> f64 {

@@ -42,28 +42,28 @@ duration = 2e-3
 frames = 4
 ";
 
-fn went(deck: &str) -> (Desk, RunOutput) {
+fn run_deck(deck: &str) -> (Desk, RunOutput) {
     let desk = Desk::new();
     desk.write("dug.toml", deck);
-    let went = desk.run("dug.toml --out a");
-    (desk, went)
+    let outcome = desk.run("dug.toml --out a");
+    (desk, outcome)
 }
 
 #[test]
-fn a_stress_that_is_carried_and_an_excavation_run_without_a_word() {
-    let (desk, went) = went(COLUMN);
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
-    assert!(!went.stderr.contains("warning"), "{}", went.stderr);
+fn balanced_stress_and_excavation_run_without_warning() {
+    let (desk, outcome) = run_deck(COLUMN);
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    assert!(!outcome.stderr.contains("warning"), "{}", outcome.stderr);
     let summary: serde_json::Value = serde_json::from_slice(&desk.read("a/summary.json")).unwrap();
     assert_eq!(summary["stages"][0]["steps"], 0, "{summary}");
     assert_eq!(summary["fragments"]["largest_volume"].as_f64().map(f64::round), Some(2.0));
 }
 
 #[test]
-fn faces_that_do_not_carry_the_stress_are_named() {
-    let (_, went) = went(&COLUMN.replace("where = { z = 4.0 }", "where = { z = 0.0 }"));
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
-    let words = went.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+fn faces_without_initial_stress_balance_are_named() {
+    let (_, outcome) = run_deck(&COLUMN.replace("where = { z = 4.0 }", "where = { z = 0.0 }"));
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    let words = outcome.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     let expected = "initial: the outer faces at z = 4.000000 m, looking along +z do not carry the initial stress";
     assert!(words.contains(expected), "{words}");
     // -8 MPa on a square metre.
@@ -72,7 +72,7 @@ fn faces_that_do_not_carry_the_stress_are_named() {
 }
 
 #[test]
-fn mistakes_are_shown_and_nothing_runs() {
+fn excavation_errors_are_shown_and_nothing_runs() {
     for (from, to, expected) in [
         ("release = 1e-3", "release = -1e-3", "`release` is -0.001 but must be 0 or more"),
         ("from = 'dig'", "from = 'digg'", "there is no stage named `digg`"),
@@ -88,9 +88,9 @@ fn mistakes_are_shown_and_nothing_runs() {
             deck = deck.replacen("0, 0, 0]\n", "0, 0, 0] }\n", 1);
         }
         assert_ne!(deck, COLUMN, "{from}");
-        let (desk, went) = went(&deck);
-        assert_eq!(went.status, Some(2), "{to}: {}", went.stderr);
-        assert!(went.stderr.contains(expected), "{to}: {}", went.stderr);
+        let (desk, outcome) = run_deck(&deck);
+        assert_eq!(outcome.status, Some(2), "{to}: {}", outcome.stderr);
+        assert!(outcome.stderr.contains(expected), "{to}: {}", outcome.stderr);
         assert_eq!(desk.names(), ["dug.toml"]);
     }
 }
@@ -98,7 +98,7 @@ fn mistakes_are_shown_and_nothing_runs() {
 /// Probes exclude removed blocks from their mean. A probe without any block left has no value,
 /// which a warning reports before the run.
 #[test]
-fn probes_leave_out_what_is_taken_out() {
+fn probes_exclude_removed_blocks() {
     // The nodes from z = 1 upwards are held along z.
     let deck =
         COLUMN.replace("where = { z = 4.0 }\naxes = 'z'", "where = { z = [1.0, 4.0] }\naxes = 'z'");
@@ -113,15 +113,15 @@ fn probes_leave_out_what_is_taken_out() {
         probe("all", "where = { x = 0.5 }", "stress"),
         probe("held", "where = { z = 4.0 }", "reaction"),
     ];
-    let (desk, went) = went(&deck.concat());
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
-    let words = went.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
+    let (desk, outcome) = run_deck(&deck.concat());
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    let words = outcome.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     for name in ["gone", "top"] {
-        let said = format!(
+        let message = format!(
             "all blocks of probe `{name}` are removed by stage `dig`: it has no values from then on \
              [probe-of-removed-blocks]"
         );
-        assert!(words.contains(&said), "{words}");
+        assert!(words.contains(&message), "{words}");
     }
     assert_eq!(words.matches("probe `").count(), 2, "{words}");
     let table = String::from_utf8(desk.read("a/probes.csv")).unwrap();

@@ -58,11 +58,11 @@ fn table(desk: &Desk, name: &str) -> (Row, Vec<Row>) {
 }
 
 #[test]
-fn the_two_parts_of_a_cube_are_told_at_the_end_of_each_stage() {
+fn fragments_are_written_at_the_end_of_each_stage() {
     let desk = Desk::new();
     desk.write("cube.toml", CUBE);
-    let went = desk.run("cube.toml --out a");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let outcome = desk.run("cube.toml --out a");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     let (header, rows) = table(&desk, "a/fragments.csv");
     let expected = "stage,step,time,fragment,blocks,volume,mass,size,passing,centroid.x,centroid.y,\
                     centroid.z,velocity.x,velocity.y,velocity.z";
@@ -96,14 +96,14 @@ fn the_two_parts_of_a_cube_are_told_at_the_end_of_each_stage() {
 
 #[test]
 #[cfg(unix)]
-fn an_interrupted_run_tells_each_fragment_once() {
+fn interrupted_run_writes_each_fragment_once() {
     let desk = Desk::new();
     desk.write("cube.toml", &CUBE.replace("duration = 0.02", "duration = 2.0"));
     assert_eq!(desk.run("cube.toml --out whole").status, Some(0));
-    let went = desk.interrupt("cube.toml --out parts", "pull");
-    assert_eq!(went.status, Some(130), "{}", went.stderr);
-    let went = desk.run("cube.toml --out parts --resume --threads 2");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let outcome = desk.interrupt("cube.toml --out parts", "pull");
+    assert_eq!(outcome.status, Some(130), "{}", outcome.stderr);
+    let outcome = desk.run("cube.toml --out parts --resume --threads 2");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     for name in ["fragments.csv", "energy.csv"] {
         let read = |folder: &str| desk.read(&format!("{folder}/{name}"));
         assert!(read("whole") == read("parts"), "{name}");

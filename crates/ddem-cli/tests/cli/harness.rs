@@ -167,8 +167,8 @@ impl Desk {
 /// Error message of a command line that must be refused.
 pub(crate) fn refused(arguments: &str) -> String {
     let desk = Desk::with(&[SHAKE]);
-    let went = desk.run(arguments);
-    assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""), "{}", went.stderr);
+    let outcome = desk.run(arguments);
+    assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(2), ""), "{}", outcome.stderr);
     assert_eq!(desk.names(), ["column.toml"]);
-    went.stderr
+    outcome.stderr
 }

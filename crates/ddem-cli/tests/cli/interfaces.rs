@@ -48,18 +48,18 @@ const TOUCH: &str =
     "sets `bed` and `loose` touch over 1 face without a joint: their blocks meet as contacts";
 
 #[test]
-fn what_joins_sets_is_said() {
+fn report_lists_joined_and_touching_sets() {
     let desk = Desk::new();
     desk.write("bed.toml", BED);
-    let went = desk.run("bed.toml --check");
-    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    let outcome = desk.run("bed.toml --check");
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     for line in [format!("joined         {JOINED}"), format!("touching       {TOUCH}")] {
-        assert!(went.stdout.lines().any(|own| own == line), "{}", went.stdout);
+        assert!(outcome.stdout.lines().any(|own| own == line), "{}", outcome.stdout);
     }
-    let went = desk.run("bed.toml --out a");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let outcome = desk.run("bed.toml --out a");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     for line in [JOINED, TOUCH] {
-        assert!(went.stderr.lines().any(|own| own == line), "{}", went.stderr);
+        assert!(outcome.stderr.lines().any(|own| own == line), "{}", outcome.stderr);
     }
     let summary: serde_json::Value = serde_json::from_slice(&desk.read("a/summary.json")).unwrap();
     let first = serde_json::json!({ "sets": ["bed", "block"], "joint": "seam", "faces": 8 });
@@ -70,21 +70,21 @@ fn what_joins_sets_is_said() {
 
 /// A gap of half the joint's thickness gives a warning instead of a joint.
 #[test]
-fn a_gap_that_the_joint_does_not_fill_is_warned_of() {
+fn unfilled_gap_warns() {
     let desk = Desk::new();
     desk.write("bed.toml", &BED.replace("[0, 0.5, 1.0]", "[0, 0.5, 1.005]"));
     for arguments in ["bed.toml --check", "bed.toml --out a"] {
-        let went = desk.run(arguments);
-        assert_eq!(went.status, Some(0), "{}", went.stderr);
+        let outcome = desk.run(arguments);
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
         let warning = "warning: blocks[1]: sets `bed` and `block` are not joined over 8 faces: there is a gap of \
                        5.000e-3 m, but joint `seam` is 1.000e-2 m thick; joints join sets that touch, or whose \
                        gap is as wide as the joint is thick [joint-does-not-fill]";
-        assert!(went.stderr.lines().any(|own| own == warning), "{}", went.stderr);
-        let said = went.stdout + &went.stderr;
-        assert!(!said.contains("are joined by joint"), "{said}");
+        assert!(outcome.stderr.lines().any(|own| own == warning), "{}", outcome.stderr);
+        let message = outcome.stdout + &outcome.stderr;
+        assert!(!message.contains("are joined by joint"), "{message}");
     }
     // A gap that the joint fills.
     desk.write("bed.toml", &BED.replace("[0, 0.5, 1.0]", "[0, 0.5, 1.01]"));
-    let went = desk.run("bed.toml --check");
-    assert!(went.stdout.contains(JOINED) && !went.stderr.contains("bed"), "{went:?}");
+    let outcome = desk.run("bed.toml --check");
+    assert!(outcome.stdout.contains(JOINED) && !outcome.stderr.contains("bed"), "{outcome:?}");
 }

@@ -9,22 +9,22 @@ use super::harness::*;
 #[test]
 fn check_reports_and_writes_nothing() {
     let desk = Desk::with(&[PRESS, SHAKE]);
-    let went = desk.run("column.toml --check");
-    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    let outcome = desk.run("column.toml --check");
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     for line in ["column", "blocks         3", "nodes          81", "joints         2"] {
-        assert!(went.stdout.lines().any(|other| other == line), "{}", went.stdout);
+        assert!(outcome.stdout.lines().any(|other| other == line), "{}", outcome.stdout);
     }
     for part in ["pairs          18", "critical step  ", "memory  ", "stage shake: "] {
-        assert!(went.stdout.contains(part), "{}", went.stdout);
+        assert!(outcome.stdout.contains(part), "{}", outcome.stdout);
     }
     assert_eq!(desk.names(), ["column.toml"]);
 }
 
 #[test]
-fn a_run_from_start_to_end() {
+fn run_writes_all_results() {
     let desk = Desk::with(&[PRESS, SHAKE]);
-    let went = desk.run("column.toml");
-    assert_eq!((went.status, went.stdout.as_str()), (Some(0), ""), "{}", went.stderr);
+    let outcome = desk.run("column.toml");
+    assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(0), ""), "{}", outcome.stderr);
     for name in RESULTS {
         assert!(desk.path("results/column").join(name).exists(), "{name}");
     }
@@ -33,7 +33,7 @@ fn a_run_from_start_to_end() {
     assert_eq!(summary["title"], "column");
     assert_eq!(summary["stages"][0]["name"], "press");
     assert_eq!(summary["stages"][1]["name"], "shake");
-    let lines: Vec<&str> = went.stderr.lines().collect();
+    let lines: Vec<&str> = outcome.stderr.lines().collect();
     assert_eq!(lines[0], "model: 3 blocks, 81 nodes, 18 pairs");
     let starts = [
         "press (1/2): relaxation",
@@ -42,7 +42,7 @@ fn a_run_from_start_to_end() {
         "shake: at rest after ",
     ];
     for (line, start) in lines[1..].iter().zip(starts) {
-        assert!(line.starts_with(start), "{}", went.stderr);
+        assert!(line.starts_with(start), "{}", outcome.stderr);
     }
     assert_eq!(lines[5..7], ["", "at the end of `shake`, t = 10.00 ms:"]);
     let folder = Path::new("results").join("column");
@@ -60,16 +60,16 @@ fn breakable() -> String {
 }
 
 #[test]
-fn what_can_fail_is_said() {
+fn report_counts_joints_that_can_fail() {
     let desk = Desk::new();
     desk.write("column.toml", &(breakable() + PRESS));
-    let went = desk.run("column.toml --check");
-    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    let outcome = desk.run("column.toml --check");
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     let expected = "can fail       2 joints, 18 pairs";
-    assert!(went.stdout.lines().any(|line| line == expected), "{}", went.stdout);
-    let went = desk.run("column.toml");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
-    let first = went.stderr.lines().next();
+    assert!(outcome.stdout.lines().any(|line| line == expected), "{}", outcome.stdout);
+    let outcome = desk.run("column.toml");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    let first = outcome.stderr.lines().next();
     assert_eq!(first, Some("model: 3 blocks, 81 nodes, 18 pairs, which can all fail"));
     let summary: serde_json::Value =
         serde_json::from_slice(&desk.read("results/column/summary.json")).unwrap();
@@ -88,26 +88,26 @@ fn what_can_fail_is_said() {
 }
 
 #[test]
-fn a_strength_that_cannot_be_is_shown_and_nothing_is_written() {
+fn impossible_strength_is_shown_and_nothing_is_written() {
     let desk = Desk::new();
     desk.write("column.toml", &(breakable().replace("friction = 30", "friction = 90") + PRESS));
     for arguments in ["column.toml", "column.toml --check"] {
-        let went = desk.run(arguments);
-        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
+        let outcome = desk.run(arguments);
+        assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(2), ""));
         for part in ["`friction` is 90 but must be 0 or more and below 90", "joints.seam.friction"]
         {
-            assert!(went.stderr.contains(part), "{}", went.stderr);
+            assert!(outcome.stderr.contains(part), "{}", outcome.stderr);
         }
         assert_eq!(desk.names(), ["column.toml"]);
     }
 }
 
 #[test]
-fn quiet_is_silent() {
+fn quiet_run_prints_nothing() {
     let desk = Desk::with(&[PRESS, SHAKE]);
     for arguments in ["column.toml --quiet --out a", "column.toml --quiet --check"] {
-        let went = desk.run(arguments);
-        assert_eq!((went.status, went.stdout, went.stderr), {
+        let outcome = desk.run(arguments);
+        assert_eq!((outcome.status, outcome.stdout, outcome.stderr), {
             (Some(0), String::new(), String::new())
         });
     }
@@ -115,11 +115,11 @@ fn quiet_is_silent() {
 }
 
 #[test]
-fn results_depend_neither_on_threads_nor_on_the_instruction_set() {
+fn results_are_independent_of_threads_and_instruction_set() {
     let desk = Desk::with(&[PRESS, SHAKE]);
     let run = |arguments: &str| {
-        let went = desk.run(&format!("column.toml --out a {arguments}"));
-        assert_eq!(went.status, Some(0), "{}", went.stderr);
+        let outcome = desk.run(&format!("column.toml --out a {arguments}"));
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
         ["a/probes.csv", "a/energy.csv", "a/fragments.csv", "a/blocks.vtkhdf", "a/joints.vtkhdf"]
             .map(|name| desk.read(name))
     };
@@ -133,7 +133,7 @@ fn results_depend_neither_on_threads_nor_on_the_instruction_set() {
 /// The system library chooses its functions by processor; the results do not depend on that choice.
 #[test]
 #[cfg(all(target_os = "linux", target_env = "gnu", target_arch = "x86_64"))]
-fn results_do_not_depend_on_the_processor() {
+fn results_are_independent_of_the_processor() {
     let desk = Desk::new();
     let thrown = "
 [model]
@@ -187,91 +187,91 @@ frames = 2
 }
 
 #[test]
-fn a_folder_that_cannot_be_written_is_refused() {
+fn unwritable_folder_is_refused() {
     let desk = Desk::with(&[SHAKE]);
     desk.write("file", "mine");
     for out in ["file", "file/below"] {
-        let went = desk.run(&format!("column.toml --out {out}"));
-        assert_eq!((went.status, went.stdout.as_str()), (Some(2), ""));
-        assert!(went.stderr.contains("give another --out"), "{}", went.stderr);
-        assert!(!went.stderr.contains("panicked"), "{}", went.stderr);
+        let outcome = desk.run(&format!("column.toml --out {out}"));
+        assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(2), ""));
+        assert!(outcome.stderr.contains("give another --out"), "{}", outcome.stderr);
+        assert!(!outcome.stderr.contains("panicked"), "{}", outcome.stderr);
     }
     assert_eq!(desk.names(), ["column.toml", "file"]);
     assert_eq!(desk.read("file"), b"mine");
 }
 
 #[test]
-fn the_results_of_another_deck_are_left_alone() {
+fn results_of_another_deck_are_not_overwritten() {
     let desk = Desk::with(&[SHAKE]);
     assert_eq!(desk.run("column.toml --out a").status, Some(0));
     let read = || RESULTS.map(|name| desk.read(&format!("a/{name}")));
     let before = read();
     desk.write("other.toml", &(COLUMN.to_owned() + PRESS));
-    let went = desk.run("other.toml --out a --overwrite");
-    assert_eq!(went.status, Some(2));
-    assert!(went.stderr.contains("holds the results of another deck"), "{}", went.stderr);
-    assert!(went.stderr.contains("give another --out, or run without"), "{}", went.stderr);
+    let outcome = desk.run("other.toml --out a --overwrite");
+    assert_eq!(outcome.status, Some(2));
+    assert!(outcome.stderr.contains("holds the results of another deck"), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("give another --out, or run without"), "{}", outcome.stderr);
     assert!(before == read());
 }
 
 #[test]
-fn earlier_results_are_kept_unless_they_may_go() {
+fn earlier_results_are_kept_unless_overwritten() {
     let desk = Desk::with(&[SHAKE]);
     let read = |folder: &str| RESULTS.map(|name| desk.read(&format!("results/{folder}/{name}")));
     assert_eq!(desk.run("column.toml").status, Some(0));
     let before = read("column");
-    let went = desk.run("column.toml");
-    let said = "earlier results were moved to results/column.1\n";
-    assert!(went.status == Some(0) && went.stderr.contains(said), "{}", went.stderr);
+    let outcome = desk.run("column.toml");
+    let message = "earlier results were moved to results/column.1\n";
+    assert!(outcome.status == Some(0) && outcome.stderr.contains(message), "{}", outcome.stderr);
     assert!(before == read("column.1"));
-    let went = desk.run("column.toml --overwrite");
-    assert!(went.status == Some(0) && !went.stderr.contains("earlier"), "{}", went.stderr);
+    let outcome = desk.run("column.toml --overwrite");
+    assert!(outcome.status == Some(0) && !outcome.stderr.contains("earlier"), "{}", outcome.stderr);
     assert!(!desk.path("results/column.2").exists());
     assert_eq!(desk.run("column.toml --resume --overwrite").status, Some(2));
 }
 
 #[test]
-fn a_relaxation_without_end_fails_and_keeps_its_results() {
+fn unconverged_relaxation_fails_and_keeps_results() {
     let stage = PRESS.replace("1e-6", "1e-12\nmax_steps = 20");
     let desk = Desk::with(&[&stage]);
-    let went = desk.run("column.toml --out a");
-    assert_eq!(went.status, Some(1), "{}", went.stderr);
-    let end: Vec<&str> = went.stderr.lines().rev().take(2).collect();
+    let outcome = desk.run("column.toml --out a");
+    assert_eq!(outcome.status, Some(1), "{}", outcome.stderr);
+    let end: Vec<&str> = outcome.stderr.lines().rev().take(2).collect();
     assert_eq!(end[1], "the results up to here are in a");
     assert!(end[0].starts_with("error: stage `press`: not in equilibrium after 20 steps"));
     assert!(desk.read("a/probes.csv").iter().filter(|byte| **byte == b'\n').count() > 1);
 }
 
 #[test]
-fn there_is_nothing_to_resume_at_first() {
+fn resume_without_checkpoint_is_refused() {
     let stderr = refused("column.toml --resume");
     assert!(stderr.contains("holds no checkpoint to resume: run without --resume"), "{stderr}");
 }
 
 #[test]
 #[cfg(unix)]
-fn an_interrupted_run_goes_on_as_if_nothing_had_happened() {
+fn interrupted_run_resumes_with_same_results() {
     for (stages, interrupted, status) in
         [([PRESS, LONG_SHAKE], "shake (2/2)", 0), ([LONG_PRESS, SHAKE], "press (1/2)", 1)]
     {
         let desk = Desk::with(&stages);
         assert_eq!(desk.run("column.toml --out whole").status, Some(status));
 
-        let went = desk.interrupt("column.toml --out parts", interrupted);
-        assert_eq!(went.status, Some(130), "{}", went.stderr);
-        assert!(went.stderr.contains("stopping at the next step"), "{}", went.stderr);
-        let last = went.stderr.lines().last();
+        let outcome = desk.interrupt("column.toml --out parts", interrupted);
+        assert_eq!(outcome.status, Some(130), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains("stopping at the next step"), "{}", outcome.stderr);
+        let last = outcome.stderr.lines().last();
         let checkpoint = Path::new("parts").join("checkpoint.h5");
         let hint = "to continue: ddem column.toml --out=parts --resume";
         assert_eq!(last, Some(&*format!("saved in {}, {hint}", checkpoint.display())));
         assert!(desk.path("parts/checkpoint.h5").exists());
 
         // Interrupts the run once more, with another number of threads.
-        let went = desk.interrupt("column.toml --out=parts --resume --threads 1", interrupted);
-        assert_eq!(went.status, Some(130), "{}", went.stderr);
-        assert!(went.stderr.contains(", from step "), "{}", went.stderr);
-        let went = desk.run("column.toml --out=parts --resume");
-        assert_eq!(went.status, Some(status), "{}", went.stderr);
+        let outcome = desk.interrupt("column.toml --out=parts --resume --threads 1", interrupted);
+        assert_eq!(outcome.status, Some(130), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains(", from step "), "{}", outcome.stderr);
+        let outcome = desk.run("column.toml --out=parts --resume");
+        assert_eq!(outcome.status, Some(status), "{}", outcome.stderr);
         for name in ["probes.csv", "energy.csv", "fragments.csv", "frames.csv"] {
             let read = |out: &str| desk.read(&format!("{out}/{name}"));
             assert!(read("whole") == read("parts"), "{interrupted}: {name}");
@@ -281,7 +281,7 @@ fn an_interrupted_run_goes_on_as_if_nothing_had_happened() {
 
 #[test]
 #[cfg(unix)]
-fn a_quiet_run_is_interrupted_in_silence() {
+fn quiet_run_is_interrupted_silently() {
     let desk = Desk::with(&[LONG_SHAKE]);
     let mut child = desk.command("column.toml --quiet --out a").stderr(Stdio::piped()).spawn();
     let child = child.as_mut().unwrap();
@@ -300,7 +300,7 @@ fn a_quiet_run_is_interrupted_in_silence() {
 /// One charge in a hole of two cubic metres and one in a joint of one square metre. The report, the
 /// log and the summary list both.
 #[test]
-fn charges_are_said_before_they_go_off() {
+fn charges_are_listed_before_detonation() {
     let desk = Desk::new();
     let blast = "
 [materials.rock]
@@ -332,8 +332,8 @@ kind = 'dynamic'
 duration = 1e-6
 ";
     desk.write("blast.toml", blast);
-    let went = desk.run("blast.toml --check");
-    assert_eq!((went.status, went.stderr.as_str()), (Some(0), ""));
+    let outcome = desk.run("blast.toml --check");
+    assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     // 10.50 GPa (250/1630)^2.727
     let charges = [
         "10 walls, 2.0000e0 m³, 500 kg (250.0 of 1630 kg/m³), begins with 6.321e7 Pa",
@@ -341,11 +341,11 @@ duration = 1e-6
     ];
     for (index, charge) in charges.iter().enumerate() {
         let line = format!("charge {index}       {charge}");
-        assert!(went.stdout.lines().any(|other| other == line), "{}", went.stdout);
+        assert!(outcome.stdout.lines().any(|other| other == line), "{}", outcome.stdout);
     }
-    let went = desk.run("blast.toml");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
-    let log: Vec<&str> = went.stderr.lines().collect();
+    let outcome = desk.run("blast.toml");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    let log: Vec<&str> = outcome.stderr.lines().collect();
     assert_eq!(log[1..3], [0, 1].map(|i| format!("charge {i}: {}", charges[i])));
     let summary: serde_json::Value =
         serde_json::from_slice(&desk.read("results/blast/summary.json")).unwrap();
@@ -358,7 +358,7 @@ duration = 1e-6
 /// The estimate counts work of the first step alone only once; in this model all joints fail in
 /// that step.
 #[test]
-fn the_estimate_counts_the_first_step_once() {
+fn time_estimate_counts_first_step_once() {
     let desk = Desk::new();
     let stage = "[[stage]]\nname = 'apart'\nkind = 'dynamic'\nduration = 2e-3\n";
     let text = COLUMN
@@ -368,16 +368,16 @@ fn the_estimate_counts_the_first_step_once() {
         .replace("material = 'rock'\n[[blocks]]", "material = 'rock'\ntension = 1.0\n[[blocks]]")
         .replace("[1e5, 0.0, -1e6]", "[0.0, 0.0, 1e8]");
     desk.write("apart.toml", &(text + stage));
-    let went = desk.run("apart.toml --check");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
-    let line = went.stdout.lines().find(|line| line.starts_with("stage apart: "));
-    let line = line.unwrap_or_else(|| panic!("{}", went.stdout));
+    let outcome = desk.run("apart.toml --check");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    let line = outcome.stdout.lines().find(|line| line.starts_with("stage apart: "));
+    let line = line.unwrap_or_else(|| panic!("{}", outcome.stdout));
     let estimate = line.split(" once they fail), about ").nth(1);
     let estimate = estimate.and_then(|rest| rest.strip_suffix(" s while joints hold"));
     let estimate: f64 = estimate.and_then(|s| s.parse().ok()).unwrap_or_else(|| panic!("{line}"));
     let start = std::time::Instant::now();
-    let went = desk.run("apart.toml");
-    assert_eq!(went.status, Some(0), "{}", went.stderr);
+    let outcome = desk.run("apart.toml");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     let took = start.elapsed().as_secs_f64();
     println!("{line}; was {took:.1} s");
     // If each step counted like the first, the estimate would be thirty times as long.

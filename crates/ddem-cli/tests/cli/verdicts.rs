@@ -43,17 +43,17 @@ duration = 0.03
 }
 
 /// Runs the slope and returns its exit status, its standard error and the stages of its summary.
-fn ended(friction: f64, stage: &str) -> (Option<i32>, String, Vec<Value>) {
+fn run_slope(friction: f64, stage: &str) -> (Option<i32>, String, Vec<Value>) {
     let desk = Desk::new();
     desk.write("slope.toml", &slope(friction, stage));
-    let went = desk.run("slope.toml");
+    let outcome = desk.run("slope.toml");
     let summary: Value =
         serde_json::from_slice(&desk.read("results/slope/summary.json")).expect("a summary");
     for name in ["checkpoint.h5", "blocks.vtkhdf"] {
         assert!(desk.path("results/slope").join(name).exists(), "{name}");
     }
     let stages = summary["stages"].as_array().expect("stages").clone();
-    (went.status, went.stderr, stages)
+    (outcome.status, outcome.stderr, stages)
 }
 
 const RELAX: &str = "kind = 'relax'";
@@ -61,12 +61,12 @@ const TO_REST: &str =
     "kind = 'dynamic'\nduration = 3.0\nuntil_rest = true\ndamping = { local = 0.8 }";
 
 #[test]
-fn what_slides_fails_and_is_named() {
+fn sliding_block_fails_and_is_named() {
     for kind in [RELAX, TO_REST] {
-        let (status, said, stages) = ended(25.0, kind);
-        assert_eq!(status, Some(1), "{said}");
+        let (status, message, stages) = run_slope(25.0, kind);
+        assert_eq!(status, Some(1), "{message}");
         let error = "error: stage `weight`: there is no equilibrium: 1 block keeps moving: block 1 of `block`, ";
-        assert!(said.contains(error), "{said}");
+        assert!(message.contains(error), "{message}");
         assert_eq!((stages.len(), &stages[0]["verdict"]), (1, &Value::from("fails")));
         assert!(stages[0]["steps"].as_u64().is_some_and(|steps| steps < 60_000), "{stages:?}");
         let moving = stages[0]["moving"].as_array().expect("blocks");
@@ -78,31 +78,35 @@ fn what_slides_fails_and_is_named() {
 }
 
 #[test]
-fn what_friction_holds_is_at_rest() {
+fn block_held_by_friction_is_at_rest() {
     for kind in [RELAX, TO_REST] {
-        let (status, said, stages) = ended(35.0, kind);
-        assert_eq!(status, Some(0), "{said}");
-        assert_eq!((stages.len(), &stages[0]["verdict"]), (2, &Value::from("at rest")), "{said}");
+        let (status, message, stages) = run_slope(35.0, kind);
+        assert_eq!(status, Some(0), "{message}");
+        assert_eq!(
+            (stages.len(), &stages[0]["verdict"]),
+            (2, &Value::from("at rest")),
+            "{message}"
+        );
         assert_eq!(stages[0]["moving"].as_array().map(Vec::len), Some(0));
-        assert!(said.contains("weight: at rest after"), "{said}");
+        assert!(message.contains("weight: at rest after"), "{message}");
     }
 }
 
 /// An accelerating block is not at rest even while it is slow, nor is a block that a load keeps
 /// pushing.
 #[test]
-fn rest_does_not_come_before_the_motion() {
+fn accelerating_block_is_not_at_rest() {
     let push = "[[load]]\nwhere = { set = 'block', side = 'x-' }\ntraction = [4e3, 0, 0]\n\
                 history = { ramp = 0.3 }";
     for (friction, stage) in [(29.0, TO_REST.to_owned()), (35.0, format!("{TO_REST}\n{push}"))] {
-        let (status, said, stages) = ended(friction, &stage);
-        assert_eq!((status, &stages[0]["verdict"]), (Some(1), &"fails".into()), "{said}");
+        let (status, message, stages) = run_slope(friction, &stage);
+        assert_eq!((status, &stages[0]["verdict"]), (Some(1), &"fails".into()), "{message}");
     }
 }
 
 /// A falling block that lands comes to rest. A block that is still falling at the end fails.
 #[test]
-fn blocks_that_fall_fail_unless_they_land() {
+fn falling_block_fails_unless_it_lands() {
     for (height, duration, status, verdict) in [
         (0.05, 3.0, Some(0), "at rest"),
         (0.6, 3.0, Some(0), "at rest"),
@@ -113,82 +117,85 @@ fn blocks_that_fall_fail_unless_they_land() {
             .replace("size = [1, 1, 1]", &format!("origin = [0, 0, {height}]\nsize = [1, 1, 1]"));
         let desk = Desk::new();
         desk.write("slope.toml", &deck.replace("[4.905, 0, -8.495709]", "[0, 0, -9.81]"));
-        let went = desk.run("slope.toml");
+        let outcome = desk.run("slope.toml");
         let summary: Value =
             serde_json::from_slice(&desk.read("results/slope/summary.json")).expect("a summary");
         assert_eq!(
-            (went.status, &summary["stages"][0]["verdict"]),
+            (outcome.status, &summary["stages"][0]["verdict"]),
             (status, &verdict.into()),
             "{}",
-            went.stderr
+            outcome.stderr
         );
     }
 }
 
 #[test]
-fn a_run_goes_on_after_a_failure_where_it_is_told_to() {
-    let (status, said, stages) = ended(25.0, "kind = 'relax'\non_failure = 'continue'");
-    assert_eq!((status, stages.len()), (Some(0), 2), "{said}");
+fn run_continues_after_failure_if_asked() {
+    let (status, message, stages) = run_slope(25.0, "kind = 'relax'\non_failure = 'continue'");
+    assert_eq!((status, stages.len()), (Some(0), 2), "{message}");
     assert_eq!(stages[0]["verdict"], "fails");
-    assert!(said.contains("warning: stage[0]: stage `weight`: there is no equilibrium"), "{said}");
-    assert!(said.contains("[failed-stage]"), "{said}");
+    assert!(
+        message.contains("warning: stage[0]: stage `weight`: there is no equilibrium"),
+        "{message}"
+    );
+    assert!(message.contains("[failed-stage]"), "{message}");
 }
 
 #[test]
-fn too_few_steps_leave_it_undecided() {
-    let (status, said, stages) = ended(35.0, "kind = 'relax'\nmax_steps = 20");
-    assert_eq!((status, stages.len()), (Some(1), 1), "{said}");
+fn too_few_steps_are_undecided() {
+    let (status, message, stages) = run_slope(35.0, "kind = 'relax'\nmax_steps = 20");
+    assert_eq!((status, stages.len()), (Some(1), 1), "{message}");
     assert_eq!(stages[0]["verdict"], "undecided");
-    assert!(said.contains("not in equilibrium after 20 steps"), "{said}");
+    assert!(message.contains("not in equilibrium after 20 steps"), "{message}");
 }
 
 /// tan 35°/tan 30° = 1.21279.
 #[test]
-fn a_safety_stage_gives_the_factor_of_safety() {
+fn safety_stage_gives_factor_of_safety() {
     let relaxed = "kind = 'relax'\n[[stage]]\nname = 'safety'\nkind = 'safety'";
-    let (status, said, stages) = ended(35.0, relaxed);
-    assert_eq!((status, stages.len()), (Some(0), 3), "{said}");
+    let (status, message, stages) = run_slope(35.0, relaxed);
+    assert_eq!((status, stages.len()), (Some(0), 3), "{message}");
     let safety = &stages[1];
     let factor = safety["factor"].as_f64().expect("a factor");
-    assert!((factor / 1.21279 - 1.0).abs() < 5e-3, "{said}");
+    assert!((factor / 1.21279 - 1.0).abs() < 5e-3, "{message}");
     let [stable, unstable] = [0, 1].map(|k| safety["bracket"][k].as_f64().expect("an end"));
     assert!(stable < factor && factor < unstable && unstable - stable < 0.005, "{safety}");
     assert_eq!((&safety["kind"], &safety["verdict"]), (&"safety".into(), &"at rest".into()));
     assert_eq!(safety["moving"][0]["set"], "block");
-    assert!(said.contains("safety: factor of safety 1.21"), "{said}");
+    assert!(message.contains("safety: factor of safety 1.21"), "{message}");
     // The search leaves the state of the model unchanged.
     assert_eq!(stages[2]["verdict"], "at rest");
-    let (_, said, stages) = ended(35.0, &format!("{relaxed}\nbracket = [2, 3]"));
+    let (_, message, stages) = run_slope(35.0, &format!("{relaxed}\nbracket = [2, 3]"));
     assert_eq!((&stages[1]["factor"], &stages[1]["verdict"]), (&Value::Null, &"at rest".into()));
     assert!(
-        said.contains("the blocks fail with the smallest factor, 2; lower the first number of `bracket` [factor-below-bracket]"),
-        "{said}"
+        message.contains("the blocks fail with the smallest factor, 2; lower the first number of `bracket` [factor-below-bracket]"),
+        "{message}"
     );
 }
 
 /// tan 20°/tan 30° = 0.63041: a slope that fails has a factor of safety, too. It refers to the
 /// state before the failure.
 #[test]
-fn what_does_not_stand_has_a_factor_of_safety() {
+fn failing_slope_has_factor_below_one() {
     let relaxed = "kind = 'relax'\n[[stage]]\nname = 'safety'\nkind = 'safety'";
-    let (status, said, stages) = ended(20.0, relaxed);
-    assert_eq!((status, stages.len()), (Some(0), 3), "{said}");
+    let (status, message, stages) = run_slope(20.0, relaxed);
+    assert_eq!((status, stages.len()), (Some(0), 3), "{message}");
     assert_eq!(stages[0]["verdict"], "fails");
     assert!(
-        said.contains("the factor of safety refers to the state at the start of `weight`"),
-        "{said}"
+        message.contains("the factor of safety refers to the state at the start of `weight`"),
+        "{message}"
     );
     let factor = stages[1]["factor"].as_f64().expect("a factor");
-    assert!((factor / 0.63041 - 1.0).abs() < 5e-3, "{said}");
+    assert!((factor / 0.63041 - 1.0).abs() < 5e-3, "{message}");
     // A given `on_failure` is kept.
     let stop = relaxed.replacen("'relax'", "'relax'\non_failure = 'stop'", 1);
-    let (status, said, stages) = ended(20.0, &stop);
-    assert_eq!((status, stages.len()), (Some(1), 1), "{said}");
+    let (status, message, stages) = run_slope(20.0, &stop);
+    assert_eq!((status, stages.len()), (Some(1), 1), "{message}");
 }
 
 /// tan 30°/tan 30° = 1: the search also divides the default friction of contacts.
 #[test]
-fn the_default_friction_of_contacts_has_a_factor_of_safety() {
+fn search_reduces_default_contact_friction() {
     let desk = Desk::new();
     let slope = slope(30.0, "kind = 'safety'\nbracket = [0.9, 1.2]");
     desk.write("slope.toml", &slope.replace("friction = 30.0", ""));
@@ -203,12 +210,12 @@ fn the_default_friction_of_contacts_has_a_factor_of_safety() {
 #[test]
 fn undecided_trials_give_no_factor() {
     let search = "kind = 'relax'\n[[stage]]\nname = 'safety'\nkind = 'safety'\nmax_steps = 10";
-    let (_, said, stages) = ended(35.0, search);
+    let (_, message, stages) = run_slope(35.0, search);
     assert_eq!((&stages[1]["factor"], &stages[1]["verdict"]), (&Value::Null, &"at rest".into()));
     assert_eq!(stages[1]["bracket"], serde_json::json!([null, null]));
     assert!(
-        said.contains("there is no factor of safety: the trial with strengths / 0.5"),
-        "{said}"
+        message.contains("there is no factor of safety: the trial with strengths / 0.5"),
+        "{message}"
     );
 }
 
@@ -237,23 +244,23 @@ fn cohesion_does_not_topple_rigid_blocks() {
     for cohesion in [0.0, 1.0, 1e5] {
         let desk = Desk::new();
         desk.write("column.toml", &column(cohesion));
-        let went = desk.run("column.toml");
-        assert!(went.stderr.contains("weight: at rest"), "{cohesion}: {}", went.stderr);
+        let outcome = desk.run("column.toml");
+        assert!(outcome.stderr.contains("weight: at rest"), "{cohesion}: {}", outcome.stderr);
     }
 }
 
 #[test]
-fn a_search_without_anything_that_can_fail_is_refused() {
+fn search_without_strengths_is_refused() {
     let desk = Desk::new();
     let slope = slope(35.0, "kind = 'safety'").replace("[model]", "[model]\ncontact = false");
     desk.write("slope.toml", &slope.replace("[contact]\nfriction = 35.0\n", ""));
-    let went = desk.run("slope.toml");
-    assert_eq!(went.status, Some(2), "{}", went.stderr);
-    assert!(went.stderr.contains("there is no strength to divide"), "{}", went.stderr);
+    let outcome = desk.run("slope.toml");
+    assert_eq!(outcome.status, Some(2), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("there is no strength to divide"), "{}", outcome.stderr);
 }
 
 #[test]
-fn a_wrong_search_is_refused() {
+fn invalid_search_is_refused() {
     let desk = Desk::new();
     for (keys, words) in [
         ("bracket = [2, 1]", "two factors above 0, the smaller one first"),
@@ -263,8 +270,8 @@ fn a_wrong_search_is_refused() {
         ("joints = []", "`joints` is empty: no strength would be divided"),
     ] {
         desk.write("slope.toml", &slope(35.0, &format!("kind = 'safety'\n{keys}")));
-        let went = desk.run("slope.toml");
-        assert_eq!(went.status, Some(2), "{}", went.stderr);
-        assert!(went.stderr.contains(words), "{}", went.stderr);
+        let outcome = desk.run("slope.toml");
+        assert_eq!(outcome.status, Some(2), "{}", outcome.stderr);
+        assert!(outcome.stderr.contains(words), "{}", outcome.stderr);
     }
 }

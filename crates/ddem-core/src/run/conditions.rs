@@ -273,7 +273,7 @@ mod tests {
     use super::meeting;
 
     #[test]
-    fn lists_meet_at_the_nodes_that_they_share() {
+    fn lists_with_common_nodes_are_found() {
         let lists: [&[u32]; 5] = [&[1, 2, 3], &[7, 9], &[3, 4], &[], &[4, 9]];
         let met: Vec<Vec<usize>> =
             meeting(lists.into_iter()).into_iter().map(|met| met.into_iter().collect()).collect();

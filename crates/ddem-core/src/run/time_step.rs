@@ -294,7 +294,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn shifts_are_the_nearest_roots() {
+    fn shift_is_the_root_nearest_to_zero() {
         // The roots of κ² + 3 κ + 2 are −1 and −2, those of κ² − 3 κ + 2 are 1 and 2. κ² + κ + 1 is
         // least at −1/2.
         let found = [shift(3.0, 1.0, 2.0), shift(-3.0, 1.0, 2.0), shift(1.0, 1.0, 1.0)];

@@ -255,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn a_steady_push_fails() {
+    fn sliding_under_constant_force_fails() {
         // Slip of a free block in a relaxation grows with the square of the steps.
         let slides = |steps: f64| [1e-8 * steps * steps, 3e-3];
         assert!(!watched(800, slides).fails(FAR));
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn what_finds_its_place_does_not() {
+    fn motion_with_fading_force_does_not_fail() {
         let fades = |steps: f64| [0.5 * (1.0 - (-steps / 500.0).exp()), (-steps / 500.0).exp()];
         let swings =
             |steps: f64| [0.1 * (1.0 - (steps / 900.0).cos()), (steps / 900.0).cos().abs()];
@@ -278,7 +278,7 @@ mod tests {
     }
 
     #[test]
-    fn what_swings_under_forces_that_stay_rattles() {
+    fn swinging_under_constant_force_rattles() {
         let samples =
             |ratio: fn(f64) -> f64| watched(2000, |steps| [1e-5 * steps.sin(), ratio(steps)]);
         assert!(samples(|_| 1e-4).rattles(2000));
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn rest_in_time_is_balance_without_motion() {
+    fn dynamic_rest_needs_balance_without_motion() {
         let rests = |steps: f64| [0.01 * (1.0 - (-steps / 500.0).exp()), 1e-4];
         assert_eq!(watched(10_000, rests).verdict(1e-4), Verdict::AtRest);
         assert_eq!(watched(10_000, rests).verdict(0.1), Verdict::Undecided);
@@ -310,7 +310,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_that_slide_to_rest_in_time_do_not_fail() {
+    fn decelerating_blocks_do_not_fail() {
         // Blocks slide to rest from 3 m/s over 1e5 steps of 10 µs.
         let to_rest = |steps: f64| {
             let left = 1.0 - (steps / 1e5).min(1.0);
@@ -327,7 +327,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_that_fall_may_land() {
+    fn falling_blocks_may_land() {
         // Blocks fall by two edges within 10 000 steps and lie on others afterwards.
         let lands = |steps: f64| {
             let fallen = 2.0 * (steps / 1e4).min(1.0).powi(2);

@@ -109,7 +109,7 @@ fn cells(model: &Model) -> Vec<(StripElement, Vec<Node>)> {
 }
 
 #[test]
-fn strips_and_corners_that_hold_both_nodes_go_with_a_pair() {
+fn failed_pair_removes_its_strips_and_corners() {
     let lattices = [
         ([3, 3, 3], 2, None),
         ([4, 2, 3], 1, None),

@@ -78,7 +78,7 @@ fn named<'a>(module: &str, line: &'a str) -> impl Iterator<Item = &'a str> {
 }
 
 #[test]
-fn imports_go_down() {
+fn imports_point_to_lower_rows() {
     let mut wrong = Vec::new();
     for (file, text) in sources() {
         let module = file.split('/').next().unwrap_or(&file).trim_end_matches(".rs");
@@ -150,7 +150,7 @@ fn types_of_impl_blocks_are_found() {
 
 /// Methods of a type are in the row of the type.
 #[test]
-fn no_impl_is_in_another_row() {
+fn methods_are_in_the_row_of_their_type() {
     let sources = sources();
     let module =
         |file: &str| file.split('/').next().map(|name| name.trim_end_matches(".rs").to_owned());
@@ -177,7 +177,7 @@ fn no_impl_is_in_another_row() {
 }
 
 #[test]
-fn every_module_is_there() {
+fn every_listed_module_exists() {
     let sources = sources();
     for module in ROWS.concat().into_iter().chain(LOWEST) {
         let found = sources.iter().any(|(file, _)| {
@@ -190,7 +190,7 @@ fn every_module_is_there() {
 /// Only `mesh/` makes lattices. Above it, blocks have a `Topology`, edges, faces and neighbours
 /// across these, so other block shapes need no other code there.
 #[test]
-fn nothing_above_the_mesh_knows_lattices() {
+fn only_mesh_uses_lattices() {
     // Strips and corners lie between blocks that share edges. They occur in lattices only, the fast
     // case.
     let strips = ["step/preconditioner/coupling.rs", "model/boundary/beside.rs"];
@@ -214,7 +214,7 @@ fn nothing_above_the_mesh_knows_lattices() {
 }
 
 #[test]
-fn no_force_knows_another() {
+fn force_modules_do_not_import_each_other() {
     for (file, text) in sources().iter().filter(|(file, _)| file.starts_with("force/")) {
         for (number, line) in code(text) {
             let other = ["super::", "crate::force"].iter().any(|path| line.contains(path));
@@ -224,7 +224,7 @@ fn no_force_knows_another() {
 }
 
 #[test]
-fn core_does_without() {
+fn core_avoids_forbidden_features() {
     let never = [
         ("mul_add", "the same bits on every machine"),
         ("std::time", "no clock"),
@@ -248,7 +248,7 @@ fn core_does_without() {
 
 /// Such a sum would depend on the order of the threads.
 #[test]
-fn no_float_is_summed_in_the_order_of_threads() {
+fn no_float_sum_depends_on_thread_order() {
     for (file, text) in sources() {
         let code: String = code(&text).flat_map(|(_, line)| [line.trim(), "\n"]).collect();
         for statement in code.split(';').filter(|s| s.contains("par_iter")) {
@@ -260,7 +260,7 @@ fn no_float_is_summed_in_the_order_of_threads() {
 }
 
 #[test]
-fn nothing_is_left_to_do() {
+fn source_has_no_todo() {
     for (file, text) in sources() {
         assert!(!text.contains("TODO") && !text.contains("FIXME"), "{file}");
     }
@@ -307,7 +307,7 @@ fn parameters(text: &str) -> &str {
 }
 
 #[test]
-fn no_arguments_are_packed_into_tuples() {
+fn parameters_are_not_packed_into_tuples() {
     let packed = |parameters: &str| {
         let before = parameters.match_indices("): (").map(|(at, _)| &parameters[..at]);
         before.filter_map(|text| text.rsplit('(').next()).any(|pattern| pattern.contains(','))

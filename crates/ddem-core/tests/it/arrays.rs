@@ -93,7 +93,7 @@ fn faces(mesh: &HexMesh, x: f64, block: u32) -> [[u32; 4]; 2] {
 
 /// Two jointed blocks, pulled at one end, move as the same two sets of a deck.
 #[test]
-fn blocks_from_arrays_move_as_those_of_a_deck() {
+fn mesh_blocks_move_like_deck_blocks() {
     let mesh = row(2, 2, UPRIGHT);
     let mut builder = ProblemBuilder::new(&mesh, rock()).unwrap();
     let joint = builder.joint(section(1e9));
@@ -150,7 +150,7 @@ fn blocks_from_arrays_move_as_those_of_a_deck() {
 
 /// Blocks of any shape in a row rest under gravity; the reaction is their weight.
 #[test]
-fn the_supports_bear_the_weight_of_blocks_from_arrays() {
+fn supports_carry_weight_of_mesh_blocks() {
     for axes in [UPRIGHT, OBLIQUE] {
         for rigid in [false, true] {
             let mesh = row(7, 2, axes);
@@ -186,7 +186,7 @@ fn is_corner(mesh: &HexMesh, node: u32, axes: [[f64; 3]; 3]) -> bool {
 /// A mesh set, joined by the joint of the set or by pairs of faces, gives the same results as sets
 /// of one block each.
 #[test]
-fn sets_given_as_meshes_are_those_of_single_blocks() {
+fn mesh_sets_equal_sets_of_single_blocks() {
     let mesh = row(3, 2, UPRIGHT);
     let springs =
         Joint { normal_stiffness: Some(1e11), shear_stiffness: Some(4e10), ..Joint::default() };
@@ -254,7 +254,7 @@ fn sets_given_as_meshes_are_those_of_single_blocks() {
 }
 
 #[test]
-fn faults_of_meshes_are_named() {
+fn mesh_errors_are_named() {
     let mut mesh = row(2, 1, UPRIGHT);
     let fault = |mesh: &HexMesh| ProblemBuilder::new(mesh, rock()).err();
     mesh.blocks.pop();
@@ -271,8 +271,11 @@ fn faults_of_meshes_are_named() {
     assert_eq!(fault(&HexMesh::default()), Some(MeshError::Empty));
     let mut bent = row(1, 2, UPRIGHT);
     bent.nodes[3][1] += 0.01;
-    let said = fault(&bent).unwrap().to_string();
-    assert!(said.contains("block 0 with 8 hexahedra") && said.contains("node 3"), "{said}");
+    let message = fault(&bent).unwrap().to_string();
+    assert!(
+        message.contains("block 0 with 8 hexahedra") && message.contains("node 3"),
+        "{message}"
+    );
     let mut flat = row(1, 1, UPRIGHT);
     flat.nodes.iter_mut().for_each(|x| x[2] = 0.0);
     assert!(fault(&flat).unwrap().to_string().contains("no volume"));
@@ -281,7 +284,7 @@ fn faults_of_meshes_are_named() {
 }
 
 #[test]
-fn faces_that_no_joint_can_join_are_named() {
+fn unjoinable_faces_are_named() {
     let mesh = row(3, 2, UPRIGHT);
     let mut builder = ProblemBuilder::new(&mesh, rock()).unwrap();
     let joint = builder.joint(section(1e6));
@@ -316,7 +319,7 @@ fn faces_that_no_joint_can_join_are_named() {
 }
 
 #[test]
-fn more_things_than_numbers_are_refused() {
+fn too_many_materials_and_joints_are_refused() {
     let mut builder = ProblemBuilder::new(&row(1, 1, UPRIGHT), rock()).unwrap();
     let last = (1..65_535).map(|_| builder.material(rock())).last();
     assert_eq!(last, Some(65_534));

@@ -4,7 +4,7 @@ use ddem_core::Simulation;
 use ddem_deck::*;
 
 use crate::decks::*;
-use crate::loose::{all_corners, deepest, momenta};
+use crate::unbonded_blocks::{all_corners, deepest, momenta};
 
 fn within(from: [f64; 3], to: [f64; 3]) -> Where {
     let [x, y, z] = [0, 1, 2].map(|d| Some(Extent::Range([from[d], to[d]])));
@@ -48,13 +48,13 @@ fn two_charges() -> Deck {
 }
 
 /// Total momentum and angular momentum, relative to the sums of the sizes of their parts.
-fn left_over(simulation: &mut Simulation) -> [f64; 2] {
+fn momentum_error(simulation: &mut Simulation) -> [f64; 2] {
     let (sums, sizes) = momenta(simulation);
     [0, 1].map(|k| sums[k].norm() / sizes[k])
 }
 
 #[test]
-fn pieces_that_fly_apart_and_meet_keep_their_momentum() {
+fn flying_and_colliding_fragments_keep_momentum() {
     let deck = two_charges();
     let mut simulation = simulation(&deck);
     let warnings = crate::decks::warnings(&deck);
@@ -68,7 +68,7 @@ fn pieces_that_fly_apart_and_meet_keep_their_momentum() {
         if !simulation.steps().is_multiple_of(50) {
             continue;
         }
-        let now = left_over(&mut simulation);
+        let now = momentum_error(&mut simulation);
         worst = [0, 1].map(|k| worst[k].max(now[k]));
         deep = deep.max(deepest(&all_corners(&simulation), 0).0);
         let contacts = simulation.contacts();
@@ -91,7 +91,7 @@ fn pieces_that_fly_apart_and_meet_keep_their_momentum() {
 
 /// Warnings name the faces and joints on which the gas does not act.
 #[test]
-fn charges_beside_faces_that_do_not_match() {
+fn charge_at_nonconforming_faces_warns() {
     let mut deck = two_charges();
     deck.blocks.truncate(1);
     deck.refine.truncate(2);
@@ -103,13 +103,13 @@ fn charges_beside_faces_that_do_not_match() {
     let cell = within([0.6, 0.7, 0.7], [0.7, 0.9, 0.9]);
     deck.remove[0].region = cell;
     deck.charge[0].region = within([0.55, 0.65, 0.65], [0.75, 0.95, 0.95]);
-    let said = warnings(&deck);
-    assert!(said.contains("borders on blocks") && !said.contains("outside"), "{said}");
+    let message = warnings(&deck);
+    assert!(message.contains("borders on blocks") && !message.contains("outside"), "{message}");
     // The charge lies in joints, some conforming and some not.
     deck.remove.clear();
     deck.charge[0].region = within([0.55, 0.71, 0.71], [0.75, 0.89, 0.89]);
-    let said = warnings(&deck);
-    assert!(said.contains("4 joints between faces that do not match"), "{said}");
+    let message = warnings(&deck);
+    assert!(message.contains("4 joints between faces that do not match"), "{message}");
     deck.charge[0].region = within([0.59, 0.71, 0.71], [0.61, 0.79, 0.79]);
     let faults = deck.build().err().map(|error| error.faults).unwrap_or_default();
     let help = faults.first().and_then(|fault| fault.help.as_deref()).unwrap_or_default();

@@ -52,7 +52,7 @@ fn rows(values: impl Iterator<Item = Vec3>) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn dashpots_know_no_axes() {
+fn dashpots_are_independent_of_axes() {
     let turn = Rotation3::from_euler_angles(0.4, -0.7, 1.1);
     let axes = BOX.map(|axis| (turn * Vec3::from(axis)).into());
     let results =
@@ -74,7 +74,7 @@ fn dashpots_know_no_axes() {
 /// Dashpots alone bring everything to rest, rigid motions included. Steps may be as long as the
 /// critical step of the model without dashpots. The dashpots take all the energy that is lost.
 #[test]
-fn all_energy_leaves_at_any_stable_step() {
+fn dashpots_absorb_all_energy_at_any_stable_step() {
     for (axes, split) in [(BOX, false), (OBLIQUE, false), (BOX, true)] {
         let mut wrapped = wrapped(axes);
         if split {
@@ -136,7 +136,7 @@ fn relaxed(deck: &Deck) -> Simulation {
 }
 
 #[test]
-fn what_a_fix_bore_goes_on_where_a_boundary_begins() {
+fn support_reactions_continue_when_boundary_replaces_support() {
     let mut simulation = relaxed(&standing());
     let before = simulation.displacements();
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
@@ -157,7 +157,7 @@ fn what_a_fix_bore_goes_on_where_a_boundary_begins() {
 }
 
 #[test]
-fn a_boundary_holds_nothing_in_a_relaxation() {
+fn boundary_gives_no_support_in_relaxation() {
     let mut deck = standing();
     deck.stage.push(relax_stage("rest"));
     let Err(error) = deck.build() else { panic!("accepted") };
@@ -174,26 +174,26 @@ fn shaken() -> Deck {
 }
 
 /// Displacements, velocities and energies as bits.
-fn seen(simulation: &mut Simulation) -> Vec<u64> {
-    let mut seen = bits(&simulation.displacements());
-    seen.extend(bits(&simulation.velocities()));
-    seen.extend(simulation.energy().values().map(f64::to_bits));
-    seen
+fn state_bits(simulation: &mut Simulation) -> Vec<u64> {
+    let mut state_bits = bits(&simulation.displacements());
+    state_bits.extend(bits(&simulation.velocities()));
+    state_bits.extend(simulation.energy().values().map(f64::to_bits));
+    state_bits
 }
 
 #[test]
-fn a_shaken_model_goes_on_from_any_step() {
+fn shaken_model_resumes_from_any_step() {
     let deck = shaken();
     let relaxed = relaxed(&deck).save();
-    let again = |saved: &ddem_core::Saved| {
+    let reloaded = |saved: &ddem_core::Saved| {
         Simulation::restore(model(&deck), Simd::default(), saved)
             .unwrap_or_else(|error| panic!("{error}"))
     };
     for damping in [Damping::None, Damping::Ratio(0.02), Damping::Local(0.3)] {
-        let mut whole = again(&relaxed);
+        let mut whole = reloaded(&relaxed);
         whole.enter(1).unwrap_or_else(|error| panic!("{error}"));
         start(&mut whole, damping, TimeStep::Auto);
-        let mut rebuilt = again(&whole.save());
+        let mut rebuilt = reloaded(&whole.save());
         for at in 0..60 {
             if at == 30 {
                 // Includes a stage that begins in the middle of the wave.
@@ -204,10 +204,10 @@ fn a_shaken_model_goes_on_from_any_step() {
             }
             steps(&mut whole, 1);
             steps(&mut rebuilt, 1);
-            rebuilt = again(&rebuilt.save());
+            rebuilt = reloaded(&rebuilt.save());
             assert!(rebuilt.save() == whole.save(), "{damping:?}, step {at}");
         }
-        assert!(seen(&mut whole) == seen(&mut rebuilt), "{damping:?}");
+        assert!(state_bits(&mut whole) == state_bits(&mut rebuilt), "{damping:?}");
         withstands_damage(&deck, &whole.save(), 50);
         let energy = whole.energy();
         // Finite rotations are accurate to the order of the time step.
@@ -216,7 +216,7 @@ fn a_shaken_model_goes_on_from_any_step() {
 }
 
 #[test]
-fn threads_and_instruction_sets_change_no_bit() {
+fn boundary_bits_are_independent_of_threads_and_simd() {
     let mut deck = shaken();
     deck.blocks[0].count = Some([8, 3, 8]);
     deck.blocks[0].divisions = 3;
@@ -227,7 +227,7 @@ fn threads_and_instruction_sets_change_no_bit() {
             simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
             start(&mut simulation, Damping::Local(0.3), TimeStep::Auto);
             steps(&mut simulation, 60);
-            seen(&mut simulation)
+            state_bits(&mut simulation)
         })
     };
     let first = run(Simd::available()[0].1, 1);
@@ -253,7 +253,7 @@ fn unevenness(simulation: &mut Simulation) -> [f64; 2] {
 
 /// Rock and joints that are uniform along each level move as one column, to rounding, for any wave.
 #[test]
-fn a_free_field_is_level_ground() {
+fn free_field_model_moves_as_one_column() {
     let name = |name: &str| Some(name.to_owned());
     for (count, level) in [([2, 3, 4], "seam"), ([1, 1, 4], "springs")] {
         let mut deck = deck(count, count.map(f64::from), 2, 0.02);
@@ -290,7 +290,7 @@ fn a_free_field_is_level_ground() {
 }
 
 #[test]
-fn boundaries_that_cannot_be() {
+fn invalid_boundaries_are_refused() {
     let plain = deck([2, 2, 2], [2.0, 2.0, 2.0], 2, 0.02);
     let with = |boundary: Boundary| Deck { boundary: vec![boundary], ..plain.clone() };
     // Inside the model, at a joint, and where there is nothing.
@@ -304,13 +304,13 @@ fn boundaries_that_cannot_be() {
     refused(&held, &["boundary[0]", "by fix[1]", "in all directions", "until"]);
     // No warning for a fixed edge, but one for whole fixed faces.
     held.fix = vec![fix(plane(1, 0.0), "xyz")];
-    let said = |deck: &Deck| {
+    let message = |deck: &Deck| {
         let warnings = crate::decks::warnings(deck);
         warnings.into_iter().find(|warning| warning.starts_with("boundary[0]"))
     };
-    assert_eq!(said(&held), None);
+    assert_eq!(message(&held), None);
     held.fix = vec![fix(Where { y: Some(Extent::Range([0.0, 0.99])), ..Where::default() }, "xyz")];
-    let warning = said(&held).unwrap_or_default();
+    let warning = message(&held).unwrap_or_default();
     assert!(warning.contains("18 of 36 nodes") && warning.contains("fix[0]"), "{warning}");
     let history = Some(History::Ramp(0.1));
     let lone = Boundary { history: history.clone(), ..viscous(plane(0, 0.0)) };
@@ -363,7 +363,7 @@ fn boundaries_that_cannot_be() {
 }
 
 #[test]
-fn a_computed_wave_is_the_table_it_computes() {
+fn computed_wave_equals_its_table() {
     let rows = vec![[0.0, 0.0], [4e-4, 1.0], [9e-4, -0.3]];
     let run = |model: Model| {
         let mut simulation = Simulation::new(model);

@@ -3,9 +3,9 @@
 use ddem_core::{ChargeState, Simd, Simulation};
 use ddem_deck::*;
 
+use crate::cavities::*;
 use crate::damage::withstands_damage;
 use crate::decks::*;
-use crate::hollows::*;
 
 fn run(simulation: &mut Simulation, damping: Damping, step: TimeStep, steps: usize) {
     simulation.start(damping, step, None).unwrap_or_else(|error| panic!("{error}"));
@@ -19,7 +19,7 @@ fn more(simulation: &mut Simulation, steps: usize) {
 }
 
 /// Total momentum and angular momentum, relative to the sums of the sizes of their parts.
-fn left_over(simulation: &mut Simulation) -> [f64; 2] {
+fn momentum_error(simulation: &mut Simulation) -> [f64; 2] {
     let model = simulation.model();
     let (x, mass): (Vec<Vec3>, Vec<f64>) =
         (0..model.n_nodes()).map(|i| (Vec3::from(model.point(i)), model.mass(i))).unzip();
@@ -41,7 +41,7 @@ const SHAPES: [&[[f64; 3]]; 4] = [
 
 /// A place without a block, because the blocks there were split, is no cavity.
 #[test]
-fn a_cavity_among_split_blocks_is_closed() {
+fn cavity_among_split_blocks_is_closed() {
     let mut deck = hollow(BOX, &[[1.75, 1.75, 1.75]], 0.1);
     let range = Some(Extent::Range([1.0, 3.0]));
     let region = Where { x: range, y: range, z: range, ..Where::default() };
@@ -57,12 +57,12 @@ fn a_cavity_among_split_blocks_is_closed() {
     let start = state(&simulation, 0);
     assert!((start.volume - exact).abs() < 1e-12, "{start:?}");
     run(&mut simulation, Damping::None, TimeStep::Auto, 200);
-    let [p, l] = left_over(&mut simulation);
+    let [p, l] = momentum_error(&mut simulation);
     assert!(p < 1e-12 && l < 1e-6, "{p} {l}");
 }
 
 #[test]
-fn gas_in_a_closed_cavity_pushes_nothing_away_and_does_the_work_of_its_expansion() {
+fn gas_in_closed_cavity_keeps_momentum_and_does_expansion_work() {
     for axes in [BOX, OBLIQUE] {
         for (shape, cells) in SHAPES.iter().enumerate() {
             for body in [Body::Deformable, Body::Rigid] {
@@ -81,7 +81,7 @@ fn gas_in_a_closed_cavity_pushes_nothing_away_and_does_the_work_of_its_expansion
                 let now = state(&simulation, 0);
                 let case = format!("shape {shape}, {body:?}");
                 assert!(now.volume > 1.001 * start.volume, "{case}: {now:?} from {start:?}");
-                let [p, l] = left_over(&mut simulation);
+                let [p, l] = momentum_error(&mut simulation);
                 assert!(p < 1e-13 && l < 1e-6, "{case}: {p} {l}");
                 let part = start.volume / now.volume;
                 let exact = 2e8 * start.volume / 2.0 * (1.0 - part * part);
@@ -97,7 +97,7 @@ fn gas_in_a_closed_cavity_pushes_nothing_away_and_does_the_work_of_its_expansion
 
 /// Volume of a cube whose edges and corners are cut off.
 #[test]
-fn the_volume_of_a_cavity_is_that_of_its_walls_and_what_joins_them() {
+fn cavity_volume_includes_gaps_between_walls() {
     let (t, body) = (0.1_f64, 0.9_f64);
     let exact = (body + 2.0 * t).powi(3) - 6.0 * t * t * body - 8.0 * 5.0 / 6.0 * t.powi(3);
     let mut deck = hollow(BOX, &[[1.0; 3]], t);
@@ -119,7 +119,7 @@ fn the_volume_of_a_cavity_is_that_of_its_walls_and_what_joins_them() {
 
 /// `p_d = ρ D²/(2(γ + 1))`, and the lower pressure in a larger hole.
 #[test]
-fn a_mass_has_the_pressure_of_its_explosive() {
+fn charge_mass_gives_detonation_pressure() {
     let numbers = Detonation { density: 1000.0, detonation_velocity: 4000.0, gamma: 3.0 };
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
     let charge = |mass: f64| Charge {
@@ -162,7 +162,7 @@ fn steps_are_stable_for_stiff_gas() {
 
 /// Without a cavity the gas pushes the joints open.
 #[test]
-fn joints_are_pushed_apart() {
+fn gas_without_cavity_opens_joints() {
     for (axes, body) in [(BOX, Body::Deformable), (OBLIQUE, Body::Deformable), (BOX, Body::Rigid)] {
         let mut deck = with_axes(deck([2, 2, 1], [2.0, 2.0, 1.0], 2, 0.02), axes);
         deck.blocks[0].body = body;
@@ -177,7 +177,7 @@ fn joints_are_pushed_apart() {
         run(&mut simulation, Damping::None, TimeStep::Seconds(2e-7), 200);
         let now = state(&simulation, 0);
         assert!(now.volume > 1.0001 * start.volume && now.pressure < start.pressure, "{now:?}");
-        let [p, l] = left_over(&mut simulation);
+        let [p, l] = momentum_error(&mut simulation);
         assert!(p < 1e-13 && l < 1e-5, "{body:?}: {p} {l}");
         // Explosive in a joint expands from its own volume.
         let own = 2.0 / 1150.0;
@@ -191,7 +191,7 @@ fn joints_are_pushed_apart() {
 
 /// A wall block that has moved farther than the width of the cavity lets the gas vent, permanently.
 #[test]
-fn gas_gets_out_where_a_wall_has_gone() {
+fn gas_vents_past_displaced_wall() {
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
     deck.charge = vec![given(ball([1.5; 3], 0.7), 1e6, History::Ramp(0.0))];
     let mut simulation = simulation(&deck);
@@ -211,7 +211,7 @@ fn gas_gets_out_where_a_wall_has_gone() {
 }
 
 #[test]
-fn a_delay_counts_from_the_stage() {
+fn delay_counts_from_start_of_stage() {
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
     let stage =
         |name: &str| Stage { kind: StageKind::Dynamic, duration: Some(1e-3), ..relax_stage(name) };
@@ -226,7 +226,7 @@ fn a_delay_counts_from_the_stage() {
     simulation
         .start(Damping::None, TimeStep::Seconds(1e-5), None)
         .unwrap_or_else(|error| panic!("{error}"));
-    let mut seen = Vec::new();
+    let mut maxima = Vec::new();
     for step in 0..200 {
         if step == 100 {
             simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
@@ -239,10 +239,10 @@ fn a_delay_counts_from_the_stage() {
         let triangle = |t: f64| (1.0 - (t - 1e-4).abs() / 1e-4).max(0.0);
         let exact = [triangle(time - 1.5e-3), triangle(time - 1e-4)];
         assert!((a - exact[0]).abs() < 1e-9 && (b - exact[1]).abs() < 1e-9, "{time}: {a} {b}");
-        seen.push(a.max(b));
+        maxima.push(a.max(b));
         more(&mut simulation, 1);
     }
-    assert!(seen.iter().filter(|p| **p > 0.5).count() > 10);
+    assert!(maxima.iter().filter(|p| **p > 0.5).count() > 10);
 }
 
 /// One charge that acts at once, and one with a delay; the gas of one vents during the run.
@@ -255,17 +255,17 @@ fn busy() -> Deck {
     deck
 }
 
-fn seen(simulation: &mut Simulation) -> Vec<u64> {
-    let mut seen = bits(&simulation.displacements());
-    seen.extend(bits(&simulation.velocities()));
-    seen.extend(simulation.energy().values().map(f64::to_bits));
-    seen
+fn state_bits(simulation: &mut Simulation) -> Vec<u64> {
+    let mut state_bits = bits(&simulation.displacements());
+    state_bits.extend(bits(&simulation.velocities()));
+    state_bits.extend(simulation.energy().values().map(f64::to_bits));
+    state_bits
 }
 
 #[test]
-fn a_blast_goes_on_from_any_step() {
+fn blast_resumes_from_any_step() {
     let deck = busy();
-    let again = |saved: &ddem_core::Saved| {
+    let reloaded = |saved: &ddem_core::Saved| {
         Simulation::restore(model(&deck), Simd::default(), saved)
             .unwrap_or_else(|error| panic!("{error}"))
     };
@@ -281,26 +281,26 @@ fn a_blast_goes_on_from_any_step() {
     more(&mut whole, 1);
     whole.set_displacements(&vec![[0.0; 3]; moved.len()]);
     assert!(state(&whole, 0).vented && !state(&whole, 1).vented);
-    let mut rebuilt = again(&whole.save());
+    let mut rebuilt = reloaded(&whole.save());
     for at in 0..20 {
         more(&mut whole, 1);
         more(&mut rebuilt, 1);
-        rebuilt = again(&rebuilt.save());
+        rebuilt = reloaded(&rebuilt.save());
         assert!(rebuilt.save() == whole.save(), "step {at}");
     }
-    assert!(seen(&mut whole) == seen(&mut rebuilt));
+    assert!(state_bits(&mut whole) == state_bits(&mut rebuilt));
     withstands_damage(&deck, &whole.save(), 100);
 }
 
 #[test]
-fn threads_and_instruction_sets_change_no_bit() {
+fn charge_bits_are_independent_of_threads_and_simd() {
     let deck = busy();
     let run = |simd: Simd, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         pool.unwrap_or_else(|error| panic!("{error}")).install(|| {
             let mut simulation = Simulation::with_simd(model(&deck), simd);
             run(&mut simulation, Damping::None, TimeStep::Auto, 40);
-            seen(&mut simulation)
+            state_bits(&mut simulation)
         })
     };
     let first = run(Simd::available()[0].1, 1);
@@ -313,7 +313,7 @@ fn threads_and_instruction_sets_change_no_bit() {
 
 /// A relaxation reaches equilibrium with a pressure that follows the walls.
 #[test]
-fn a_cavity_relaxes_under_its_gas() {
+fn cavity_relaxes_under_gas_pressure() {
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
     deck.fix = [0, 1, 2].map(|axis| fix(plane(axis, 0.0), ["x", "y", "z"][axis])).into();
     deck.charge = vec![gas(ball([1.5; 3], 0.7), 1e8)];

@@ -4,7 +4,7 @@ use ddem_core::{Energy, RunError, Simulation};
 use ddem_deck::{Damping, Deck, TimeStep};
 
 use crate::decks::*;
-use crate::loose::*;
+use crate::unbonded_blocks::*;
 
 fn start(simulation: &mut Simulation, damping: Damping) {
     simulation.start(damping, TimeStep::Auto, None).unwrap_or_else(|error| panic!("{error}"));
@@ -76,7 +76,7 @@ fn followed(simulation: &mut Simulation, time: f64, every: usize) -> Kept {
 }
 
 #[test]
-fn momenta_are_kept_and_energy_does_not_grow_in_collisions() {
+fn collisions_conserve_momentum_and_gain_no_energy() {
     for (kind, friction, seed) in
         (0..3).flat_map(|kind| [(kind, 0.0, 1), (kind, 0.0, 2), (kind, 30.0, 1), (kind, 30.0, 3)])
     {
@@ -94,7 +94,7 @@ fn momenta_are_kept_and_energy_does_not_grow_in_collisions() {
 
 /// With short steps all gains and losses of energy are booked.
 #[test]
-fn energies_balance_in_throws_that_short_steps_resolve() {
+fn energies_balance_in_collisions_with_short_steps() {
     let mut random = Random::new(8);
     let (mut grown, mut balance) = (0.0_f64, 0.0_f64);
     for _ in 0..20 {
@@ -180,7 +180,7 @@ fn at_plate(random: &mut Random, part_of_limit: f64, kinds: [u32; 2], held: bool
 }
 
 #[test]
-fn nothing_passes_through_a_thin_plate() {
+fn no_block_passes_through_thin_plate() {
     let mut random = Random::new(4);
     for (kinds, held) in [[0, 0], [2, 0], [0, 2], [2, 2]]
         .into_iter()
@@ -205,12 +205,12 @@ fn nothing_passes_through_a_thin_plate() {
 
 /// The largest speed of a block does not depend on its direction.
 #[test]
-fn the_fastest_throw_that_is_followed_is_as_fast_in_every_direction() {
+fn speed_limit_is_the_same_in_every_direction() {
     let mut random = Random::new(6);
     let other = Piece { centre: Vec3::new(50.0, 0.0, 0.0), ..Piece::default() };
     let ways = [Vec3::x(), Vec3::new(1.0, 1.0, 1.0), Vec3::new(-1.0, 1.0, 0.0), random.vector()];
     for (way, divisions) in ways.into_iter().flat_map(|way| [(way, 0), (way, 2)]) {
-        let ended = |part: f64| {
+        let run_at = |part: f64| {
             let at_rest = Piece { divisions, ..Piece::default() };
             let mut probe = simulation(&of(&mass_properties(1e8), &[at_rest, other]));
             start(&mut probe, Damping::None);
@@ -220,8 +220,8 @@ fn the_fastest_throw_that_is_followed_is_as_fast_in_every_direction() {
             start(&mut simulation, Damping::None);
             simulation.step()
         };
-        assert_eq!(ended(0.999), Ok(()), "{way}");
-        match ended(1.001) {
+        assert_eq!(run_at(0.999), Ok(()), "{way}");
+        match run_at(1.001) {
             Err(RunError::TooFast { block: 0, distance, edge, .. }) => {
                 assert!((distance / edge - 0.25 * 1.001).abs() < 1e-9, "{distance} {edge}");
             }
@@ -247,7 +247,7 @@ fn throw(random: &mut Random, kinds: [u32; 2]) -> ([Piece; 2], Vec3) {
 
 /// The blocks meet at corners, edges and faces.
 #[test]
-fn nothing_passes_through_in_throws_of_two() {
+fn no_block_passes_through_another() {
     let mut random = Random::new(8);
     for (kinds, throws) in [([0, 0], 200), ([0, 2], 40), ([1, 2], 40)] {
         let (mut deepest, mut grown, mut balance, mut met) = (0.0_f64, 0.0_f64, 0.0_f64, 0);

@@ -20,7 +20,7 @@ fn writes(line: &str, name: &str) -> bool {
 }
 
 #[test]
-fn copies_of_arrays_are_not_changed_at_an_index() {
+fn array_copies_are_not_indexed_for_writing() {
     let faulty = ["let mut u = c;", "u[d] += 1;"];
     assert!(copy(faulty[0]).is_some_and(|name| writes(faulty[1], name)), "the search is blind");
     let mut found = Vec::new();

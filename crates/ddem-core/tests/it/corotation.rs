@@ -87,7 +87,7 @@ fn force_of_a_block_is_the_gradient_of_its_energy() {
 /// of 0.02, where the mean of the blocks' rotations is a rotation to rounding. Beyond that, its two
 /// corrections leave an error of eighth order.
 #[test]
-fn forces_and_moments_of_jointed_blocks_add_up_to_zero() {
+fn joint_forces_and_moments_sum_to_zero() {
     for axes in [BOX, OBLIQUE] {
         for (divisions, angle) in [(1, 0.3), (2, 0.1), (4, 0.01), (2, 1e-4), (3, 0.0)] {
             let deck = with_axes(deck([2; 3], [2.0, 1.6, 2.4], divisions, 0.02), axes);
@@ -110,7 +110,7 @@ fn forces_and_moments_of_jointed_blocks_add_up_to_zero() {
 /// rotation turned by the mean of the turns. This misses a part of second order in the relative
 /// rotation, relative to the force: 0.04 θ².
 #[test]
-fn joint_forces_miss_the_gradient_of_the_energy_by_second_order() {
+fn joint_force_error_is_second_order_in_rotation() {
     for axes in [BOX, OBLIQUE] {
         let deck = with_axes(deck([2; 3], [2.0, 1.6, 2.4], 1, 0.05), axes);
         let errors: Vec<f64> = [2e-3, 1e-3, 5e-4, 2.5e-4]
@@ -131,7 +131,7 @@ fn joint_forces_miss_the_gradient_of_the_energy_by_second_order() {
 }
 
 #[test]
-fn rigid_motion_of_any_size_costs_nothing() {
+fn finite_rigid_motion_gives_no_force() {
     let mut worst = 0.0_f64;
     for (count, divisions, thickness) in
         [([1, 1, 1], 1, 0.01), ([1, 1, 1], 4, 0.01), ([2, 2, 2], 2, 0.01), ([5, 2, 3], 3, 0.001)]

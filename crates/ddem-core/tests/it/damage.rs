@@ -51,27 +51,27 @@ pub(crate) fn withstands_damage(deck: &Deck, saved: &Saved, places: usize) {
 /// An old saved state must not be read as a new one. If this test fails, a type in the state has
 /// changed its fields: increase `FORMAT` and set the new length here.
 #[test]
-fn another_layout_of_the_state_has_another_format() {
+fn state_layout_change_needs_new_format() {
     let start = simulation(&crate::mixture::mixture(Kinematics::Corotational)).save();
     assert_eq!((start.bytes()[0], start.bytes().len()), (3, 88_478));
 }
 
 /// Errors distinguish the reasons and say what to do.
 #[test]
-fn states_of_others_are_refused_with_the_reason() {
+fn foreign_states_are_refused_with_the_reason() {
     let deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 2, 0.01);
     let saved = simulation(&deck).save();
-    let told = |other: &Deck, bytes: &[u8]| match restore(other, bytes.to_vec()) {
+    let restore_error = |other: &Deck, bytes: &[u8]| match restore(other, bytes.to_vec()) {
         Ok(_) => panic!("restored"),
         Err(error) => error.to_string(),
     };
     let finer = crate::decks::deck([2, 1, 1], [2.0, 1.0, 1.0], 3, 0.01);
-    let other = told(&finer, saved.bytes());
+    let other = restore_error(&finer, saved.bytes());
     assert_eq!(other, "it belongs to another model, with 54 nodes instead of 128");
     let mut bytes = saved.bytes().to_vec();
     bytes[0] += 1;
-    let format = told(&deck, &bytes);
+    let format = restore_error(&deck, &bytes);
     assert!(format.contains("run again from the start"), "{format}");
-    let damaged = told(&deck, &saved.bytes()[..100]);
+    let damaged = restore_error(&deck, &saved.bytes()[..100]);
     assert!(damaged.contains("damaged"), "{damaged}");
 }

@@ -40,7 +40,7 @@ fn run(deck: &Deck, damping: Damping, simd: Simd, threads: usize) -> (Vec<u64>, 
 }
 
 #[test]
-fn threads_and_instruction_sets_change_no_bit() {
+fn dynamic_bits_are_independent_of_threads_and_simd() {
     let dampings = [Damping::Local(0.3), Damping::Stiffness(2e-5)];
     for (case, deck) in cases().iter().enumerate() {
         let mut first = None;
@@ -57,7 +57,7 @@ fn threads_and_instruction_sets_change_no_bit() {
 
 /// The same for a relaxation, whose sums decide when it restarts and ends.
 #[test]
-fn threads_and_instruction_sets_change_no_bit_of_a_relaxation() {
+fn relaxation_bits_are_independent_of_threads_and_simd() {
     let deck = &cases()[1];
     let relax = |simd: Simd, threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();

@@ -31,7 +31,7 @@ fn refusal<T>(done: Result<T, RunError>) -> String {
 }
 
 #[test]
-fn a_reaction_is_that_of_the_nodes_in_any_order_and_once_each() {
+fn reaction_ignores_order_and_repetition_of_nodes() {
     let mut simulation = Simulation::new(model(&pile()));
     simulation.relax(1e-9, 20_000).unwrap_or_else(|error| panic!("{error}"));
     let nodes = plane(2, 0.0).nodes(simulation.model()).expect("a floor");
@@ -50,7 +50,7 @@ fn a_reaction_is_that_of_the_nodes_in_any_order_and_once_each() {
 }
 
 #[test]
-fn nodes_in_what_the_deck_does_not_have_are_an_error() {
+fn unknown_set_in_node_selection_is_refused() {
     let model = model(&pile());
     let set = |name: &str| Where { set: Some(name.into()), ..Where::default() };
     let refused = |region: &Where| region.nodes(&model).expect_err("a fault").to_string();
@@ -70,7 +70,7 @@ fn nodes_in_what_the_deck_does_not_have_are_an_error() {
 }
 
 #[test]
-fn a_topography_must_have_a_height_where_nodes_are_selected() {
+fn topography_must_cover_selected_nodes() {
     let model = model(&pile());
     let above = |to: f64, x: Option<Extent>| {
         let heights = Heights { x: vec![0.0, to], y: vec![0.0, 1.0], z: vec![1.2; 4], rim: 0.0 };
@@ -87,7 +87,7 @@ fn a_topography_must_have_a_height_where_nodes_are_selected() {
 }
 
 #[test]
-fn numbers_of_nodes_and_blocks_that_are_not_there_are_refused_at_once() {
+fn node_and_block_numbers_out_of_range_panic() {
     let model = model(&pile());
     let no_node = "there is no node 9999: the model has 54 nodes, from 0";
     let no_block = "there is no block 2: the model has 2 blocks, from 0";
@@ -128,7 +128,7 @@ fn numbers_of_nodes_and_blocks_that_are_not_there_are_refused_at_once() {
 
 /// A refused call changes nothing.
 #[test]
-fn forces_and_fields_that_do_not_fit_are_refused_at_once() {
+fn forces_and_fields_of_wrong_length_are_refused() {
     let mut simulation = Simulation::new(model(&pile()));
     let before = simulation.save();
     let none = [0.0; 3];
@@ -147,7 +147,7 @@ fn forces_and_fields_that_do_not_fit_are_refused_at_once() {
 }
 
 #[test]
-fn values_that_no_deck_could_have_are_refused() {
+fn values_outside_deck_rules_are_refused() {
     let mut simulation = Simulation::new(model(&pile()));
     let before = simulation.save();
     let mut start = |damping, step, duration| refusal(simulation.start(damping, step, duration));
@@ -175,7 +175,7 @@ fn values_that_no_deck_could_have_are_refused() {
 }
 
 #[test]
-fn searches_that_find_nothing_are_refused() {
+fn invalid_safety_searches_are_refused() {
     let mut deck = pile();
     let section = deck.joints.get_mut("seam").expect("a joint");
     (section.friction, section.cohesion) = (Some(30.0), Some(1e5));
@@ -195,7 +195,7 @@ fn searches_that_find_nothing_are_refused() {
 }
 
 #[test]
-fn a_search_after_a_divergence_says_so() {
+fn safety_search_after_divergence_is_refused() {
     let mut deck = pile();
     let section = deck.joints.get_mut("seam").expect("a joint");
     (section.friction, section.cohesion) = (Some(30.0), Some(1e5));
@@ -213,14 +213,14 @@ fn a_search_after_a_divergence_says_so() {
 }
 
 #[test]
-fn a_collapse_in_which_nothing_has_moved_says_so() {
+fn collapse_without_motion_names_no_block() {
     let words = Simulation::new(model(&pile())).collapse().to_string();
     assert_eq!(words, "there is no equilibrium: no block has moved so far");
 }
 
 /// The same rule applies to a boundary without a wave.
 #[test]
-fn a_history_of_a_support_that_stands_still_is_refused() {
+fn history_of_support_without_velocity_is_refused() {
     let mut deck = pile();
     let driven = Some([0.0, 0.0, -0.01]);
     deck.fix.push(Fix { velocity: driven, ..fix(plane(2, 2.0), "z") });

@@ -52,7 +52,7 @@ fn quoted(cell: &str) -> impl Iterator<Item = &str> {
 }
 
 #[test]
-fn equations_of_the_source_are_those_of_the_table() {
+fn cited_equations_match_the_table() {
     let mut where_cited: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (file, text) in sources() {
         for number in cited(&text) {
@@ -94,7 +94,7 @@ fn declares(text: &str, item: &str) -> bool {
 
 /// Files and functions that ARCHITECTURE.md names under "Where to look" exist.
 #[test]
-fn the_places_to_look_at_exist() {
+fn architecture_names_existing_files_and_functions() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let read = |path: &str| std::fs::read_to_string(root.join(path));
     let text = read("ARCHITECTURE.md").unwrap_or_else(|error| panic!("{error}"));
@@ -116,7 +116,7 @@ fn the_places_to_look_at_exist() {
 
 /// Files and functions that the table names exist.
 #[test]
-fn the_table_names_what_is_there() {
+fn table_names_existing_files_and_functions() {
     let sources = sources();
     for row in table() {
         for part in row.source.split("; ") {
@@ -136,7 +136,7 @@ fn the_table_names_what_is_there() {
 
 /// Tests of the method that the table names exist; tests of decks are in the root package.
 #[test]
-fn the_table_names_tests() {
+fn table_names_existing_tests() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let read = |path: &str| std::fs::read_to_string(folder.join(path)).unwrap_or_default();
     let tests = [

@@ -52,7 +52,7 @@ fn excavated(release: Option<f64>, increments: u32) -> Simulation {
 
 /// The face moves by σ⁰ H/(λ + 2G), at once or in increments; no stress along z remains.
 #[test]
-fn a_face_moves_as_a_column_that_is_unloaded() {
+fn excavated_face_moves_by_elastic_unloading() {
     let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));
     // The face of the second block is half a joint below the plane.
     let exact = 8e6 * (2.0 - 0.01) / stiff;
@@ -76,7 +76,7 @@ fn a_face_moves_as_a_column_that_is_unloaded() {
 
 /// Nothing moves before the release begins to fade.
 #[test]
-fn forces_go_on_at_first() {
+fn forces_continue_until_release_fades() {
     let mut simulation = simulation(&column(Some(1e9), StageKind::Dynamic));
     relax(&mut simulation, 1);
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
@@ -90,7 +90,7 @@ fn forces_go_on_at_first() {
 
 /// Release while blocks move: a resume in the middle gives the same bits, and energies balance.
 #[test]
-fn a_dynamic_release_resumes_and_balances() {
+fn dynamic_release_resumes_with_same_bits_and_balances() {
     let mut deck = column(Some(0.002), StageKind::Dynamic);
     deck.model.kinematics = Kinematics::Small;
     let run = |from: Option<Simulation>, steps: usize| {
@@ -123,7 +123,7 @@ fn a_dynamic_release_resumes_and_balances() {
 
 /// Blocks fall when the blocks below are removed. This includes failed joints and contacts.
 #[test]
-fn blocks_fall_where_the_ones_below_are_gone() {
+fn blocks_fall_after_blocks_below_are_removed() {
     for body in [Body::Deformable, Body::Rigid] {
         let mut deck = deck([1, 1, 3], [1.0, 1.0, 3.0], 1, 0.02);
         deck.blocks[0].body = body;
@@ -160,7 +160,7 @@ fn blocks_fall_where_the_ones_below_are_gone() {
 /// Blocks whose joints can fail only by a law of the program make contact, also after an
 /// excavation.
 #[test]
-fn blocks_with_a_law_of_a_program_land_on_others() {
+fn blocks_with_program_law_make_contact() {
     let mut deck = deck([1, 1, 3], [1.0, 1.0, 3.0], 1, 0.02);
     deck.blocks[0].body = Body::Rigid;
     deck.model.gravity = [0.0, 0.0, -10.0];
@@ -191,7 +191,7 @@ fn blocks_with_a_law_of_a_program_land_on_others() {
 /// Nonconforming joints are removed with their blocks. Forces continue at first, energies balance,
 /// a resume gives the same bits, and fragments consist of the remaining blocks.
 #[test]
-fn joints_of_faces_that_do_not_match_go_too() {
+fn nonconforming_joints_are_removed_with_their_blocks() {
     let springs =
         Joint { normal_stiffness: Some(8e10), shear_stiffness: Some(3e10), ..Joint::default() };
     let prepared = |release: f64| {
@@ -241,7 +241,7 @@ fn joints_of_faces_that_do_not_match_go_too() {
 }
 
 #[test]
-fn mistakes_are_said() {
+fn invalid_excavations_are_refused() {
     let faults = |change: &dyn Fn(&mut Deck)| {
         let mut deck = column(None, StageKind::Relax);
         change(&mut deck);
@@ -274,7 +274,7 @@ fn mistakes_are_said() {
 
 /// Boundary forces end on removed blocks; the rest of the boundary continues.
 #[test]
-fn boundaries_lose_what_is_taken_out() {
+fn boundary_forces_end_on_removed_blocks() {
     let boundary = |axis: usize, at: f64, kind: BoundaryKind| Boundary {
         region: plane(axis, at),
         kind,
@@ -308,7 +308,7 @@ fn boundaries_lose_what_is_taken_out() {
 
 /// Each stage with an excavation stores the block data once more, but not the nodal data.
 #[test]
-fn memory_grows_with_each_excavation() {
+fn excavation_memory_grows_with_block_data_only() {
     let mut deck = column(None, StageKind::Relax);
     deck.stage.push(relax_stage("again"));
     deck.stage.push(relax_stage("third"));
@@ -338,7 +338,7 @@ fn memory_grows_with_each_excavation() {
 
 /// An initial stress balances all loads at once; a first release still fades by increments.
 #[test]
-fn a_release_at_the_start_of_a_run_goes_by_increments() {
+fn release_in_first_relaxation_fades_by_increments() {
     let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));
     let exact = 8e6 * (2.0 - 0.01) / stiff;
     let mut simulation = simulation(&column(Some(1.0), StageKind::Relax));
@@ -359,7 +359,7 @@ fn a_release_at_the_start_of_a_run_goes_by_increments() {
 
 /// A relaxation completes a release.
 #[test]
-fn every_relaxation_takes_a_release_back() {
+fn relaxation_completes_a_release() {
     let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));
     let exact = 8e6 * (2.0 - 0.01) / stiff;
     let mut deck = column(Some(1e9), StageKind::Dynamic);
@@ -379,7 +379,7 @@ fn every_relaxation_takes_a_release_back() {
 
 /// Data that do not change between stages are stored once.
 #[test]
-fn a_hundred_excavations_take_little_memory() {
+fn hundred_excavations_take_little_memory() {
     let bytes = |stages: usize| {
         let mut deck = deck([10, 10, 10], [10.0; 3], 1, 0.01);
         let name = |stage: usize| format!("dig {stage}");

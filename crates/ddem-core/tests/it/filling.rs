@@ -4,7 +4,7 @@
 use ddem_deck::{ContactTable, Damping, Deck, TimeStep};
 
 use crate::decks::*;
-use crate::loose::*;
+use crate::unbonded_blocks::*;
 
 /// Distance between the centres of the cubes at the start `[m]`.
 const PITCH: f64 = 1.45;

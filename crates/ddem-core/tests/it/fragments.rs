@@ -35,7 +35,7 @@ fn check_sums(simulation: &Simulation, fragments: &[Fragment]) {
 }
 
 #[test]
-fn a_cube_that_is_pulled_apart_falls_in_two() {
+fn cube_pulled_apart_has_two_fragments() {
     for body in [Body::Deformable, Body::Rigid] {
         let mut simulation = simulation(&layered(body, weak));
         assert_eq!(simulation.fragments().len(), 1);
@@ -83,7 +83,7 @@ fn a_cube_that_is_pulled_apart_falls_in_two() {
 /// A joint with friction only, smooth or rough, connects nothing, although none of its pairs has
 /// failed.
 #[test]
-fn joints_without_strength_hold_nothing_and_those_that_never_fail_do() {
+fn only_unfailed_joints_with_strength_connect_fragments() {
     type Change = fn(Joint) -> Joint;
     let friction: Change = |joint| Joint { friction: Some(30.0), ..joint };
     let rough: Change = |joint| {
@@ -108,7 +108,7 @@ fn joints_without_strength_hold_nothing_and_those_that_never_fail_do() {
 /// Volumes that differ only by rounding are equal, and their fragments have the same passing
 /// fraction.
 #[test]
-fn equal_fragments_are_numbered_by_their_lowest_block() {
+fn equal_fragments_are_numbered_by_lowest_block() {
     let mut deck = deck([7, 3, 1], [0.7, 0.9, 0.1], 1, 0.0);
     let friction = Joint { friction: Some(30.0), ..deck.joints["seam"].clone() };
     let springs = Joint {

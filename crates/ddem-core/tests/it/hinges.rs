@@ -5,7 +5,7 @@ use ddem_core::Simulation;
 use ddem_deck::*;
 
 use crate::decks::*;
-use crate::loose::{all_corners, deepest};
+use crate::unbonded_blocks::{all_corners, deepest};
 
 /// Block on another block that turns about an edge at the side x = 1.
 #[derive(Clone, Copy, Debug)]
@@ -149,7 +149,7 @@ fn step(simulation: &mut Simulation, hinge: Hinge) {
 }
 
 #[test]
-fn a_joint_that_turns_lets_go() {
+fn rotated_joint_is_released() {
     for hinge in [
         PLAIN,
         Hinge { divisions: 3, ..PLAIN },
@@ -179,7 +179,7 @@ fn a_joint_that_turns_lets_go() {
 
 /// The last two pairs of rigid blocks lie inside the face, but the block turns about its edge.
 #[test]
-fn the_last_pairs_of_rigid_blocks_let_go_at_once() {
+fn last_pairs_of_rigid_blocks_are_released_together() {
     let hinge = Hinge { body: Body::Rigid, ..PLAIN };
     let mut simulation = hinge.spun();
     let mut worst = f64::NEG_INFINITY;
@@ -200,7 +200,7 @@ fn the_last_pairs_of_rigid_blocks_let_go_at_once() {
 
 /// Without contacts nothing would take over from the joint.
 #[test]
-fn without_contact_a_joint_that_turns_holds() {
+fn rotated_joint_without_contacts_holds() {
     let split = Hinge { split: true, ..PLAIN };
     for hinge in [PLAIN, split, Hinge { body: Body::Rigid, ..PLAIN }] {
         let hinge = Hinge { contact: false, ..hinge };
@@ -216,7 +216,7 @@ fn without_contact_a_joint_that_turns_holds() {
 /// A relaxation releases a turned joint as dynamic steps do, so the first step after it releases
 /// nothing.
 #[test]
-fn a_joint_that_has_turned_lets_go_in_relaxation() {
+fn relaxation_releases_rotated_joint() {
     let split = Hinge { split: true, ..PLAIN };
     for hinge in [PLAIN, split] {
         for (part, fragments) in [(0.8, 1), (1.2, 2)] {

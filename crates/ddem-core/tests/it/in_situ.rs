@@ -59,7 +59,7 @@ fn steps(simulation: &mut Simulation, count: usize) {
 
 /// A uniform stress under balancing tractions: no force, no motion, and output equals input.
 #[test]
-fn a_stress_that_is_held_stays() {
+fn balanced_stress_stays() {
     for (kind, kinematics) in
         (0..3).flat_map(|kind| [Kinematics::Small, Kinematics::Corotational].map(|k| (kind, k)))
     {
@@ -102,7 +102,7 @@ fn a_stress_that_is_held_stays() {
 /// The same for refined blocks and sets with different divisions, joined by springs without
 /// thickness. Points are located on faces in single precision, so the tolerances are larger.
 #[test]
-fn it_crosses_faces_that_do_not_match() {
+fn uniform_stress_crosses_nonconforming_faces() {
     for kinematics in [Kinematics::Small, Kinematics::Corotational] {
         let mut deck = loaded(2, BOX, STRESS);
         deck.blocks[0].count = Some([2, 2, 2]);
@@ -139,7 +139,7 @@ fn it_crosses_faces_that_do_not_match() {
 /// Overburden on a level joint whose upper face is finer; the layer of the joint has weight as
 /// well. Blocks side by side would have strips between them, so each side has a single block.
 #[test]
-fn overburden_crosses_faces_that_do_not_match() {
+fn overburden_crosses_nonconforming_faces() {
     let weight = 2400.0 * 9.81;
     let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.02);
     if let Some(clay) = deck.materials.get_mut("clay") {
@@ -169,7 +169,7 @@ fn overburden_crosses_faces_that_do_not_match() {
 
 /// `½ σ:C⁻¹:σ` of the blocks; joints have their own energy.
 #[test]
-fn energy_is_that_of_the_stress() {
+fn energy_follows_from_initial_stress() {
     let mut simulation = simulation(&loaded(0, BOX, STRESS));
     let (young, poisson) = (18e9, 0.25);
     let s = matrix(STRESS);
@@ -213,7 +213,7 @@ fn forces_are_the_derivative_of_the_energy() {
 
 /// The stress of a block turns with the block.
 #[test]
-fn stress_turns_with_the_blocks() {
+fn initial_stress_rotates_with_blocks() {
     let mut simulation = simulation(&loaded(0, OBLIQUE, STRESS));
     let (mut random, points) = (Random::new(5), points(simulation.model()));
     let turn: Rotation3<f64> = random.rotation(1.2);
@@ -270,7 +270,7 @@ fn overburden_stays() {
 
 /// Joints that are too weak fail under the initial stress, and all energies balance during failure.
 #[test]
-fn joints_fail_under_it_and_energies_balance() {
+fn energies_balance_when_joints_fail_under_initial_stress() {
     for kind in 0..3 {
         let mut deck = loaded(kind, BOX, [-1e6, -1e6, -4e6, 0.0, 1.2e6, 0.0]);
         let section = deck.joints.get_mut("seam").unwrap_or_else(|| panic!("a seam"));
@@ -293,7 +293,7 @@ fn joints_fail_under_it_and_energies_balance() {
 
 /// A resumed run gives the same bits.
 #[test]
-fn it_is_there_after_a_resume() {
+fn initial_stress_resumes_with_same_bits() {
     let mut deck = loaded(2, BOX, STRESS);
     deck.initial[0].gradient = Some(slopes());
     let mut whole = simulation(&deck);
@@ -313,7 +313,7 @@ fn it_is_there_after_a_resume() {
 }
 
 #[test]
-fn what_cannot_be_is_said() {
+fn invalid_initial_stress_is_refused() {
     let faults = |change: &dyn Fn(&mut Deck)| {
         let mut deck = loaded(0, BOX, STRESS);
         change(&mut deck);
@@ -338,7 +338,7 @@ fn what_cannot_be_is_said() {
 /// A warning names each face without support and the missing force; a model in equilibrium has no
 /// warning.
 #[test]
-fn faces_that_do_not_carry_it_are_named() {
+fn unbalanced_faces_warn() {
     let mut deck = loaded(0, BOX, [-6e6, -4e6, -9e6, 0.0, 0.0, 0.0]);
     let unbalanced = |deck: &Deck| {
         let warnings = crate::decks::warnings(deck).into_iter();
@@ -349,8 +349,8 @@ fn faces_that_do_not_carry_it_are_named() {
     deck.load.remove(1);
     let warnings = unbalanced(&deck);
     assert_eq!(warnings.len(), 1, "{warnings:?}");
-    let said = ["x = 3.000000 m, looking along +x", "-2.4000e7", "100.00 %"];
-    assert!(said.iter().all(|words| warnings[0].contains(words)), "{}", warnings[0]);
+    let message = ["x = 3.000000 m, looking along +x", "-2.4000e7", "100.00 %"];
+    assert!(message.iter().all(|words| warnings[0].contains(words)), "{}", warnings[0]);
     let lines = "\n  [[fix]]\n  where = { x = 3.0 }\n  axes = \"x\"\n";
     assert!(warnings[0].contains(lines), "{}", warnings[0]);
     // At the top under gravity the advice is a load, not a support.
@@ -367,8 +367,8 @@ fn faces_that_do_not_carry_it_are_named() {
     let of_x = |deck: &Deck| unbalanced(deck).into_iter().find(|text| text.contains("along +x"));
     assert!(of_x(&bent).is_some_and(|text| text.contains(lines)), "{:?}", unbalanced(&bent));
     bent.model.gravity = [-9.81, 0.0, 0.0];
-    let said = of_x(&bent).unwrap_or_default();
-    assert!(said.contains("hold them") && !said.contains("[[load]]\n"), "{said}");
+    let message = of_x(&bent).unwrap_or_default();
+    assert!(message.contains("hold them") && !message.contains("[[load]]\n"), "{message}");
     deck.fix.push(fix(plane(0, 3.0), "x"));
     assert_eq!(unbalanced(&deck), Vec::<String>::new());
 }

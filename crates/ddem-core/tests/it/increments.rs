@@ -79,7 +79,7 @@ fn top(simulation: &Simulation) -> Vec<u32> {
 }
 
 #[test]
-fn a_support_slides_a_block_against_the_friction_that_is_left_to_it() {
+fn support_slides_block_against_residual_friction() {
     for (body, sets) in [(Body::Deformable, false), (Body::Rigid, false), (Body::Deformable, true)]
     {
         let mut deck = pushed(body, sets);
@@ -109,7 +109,7 @@ fn a_support_slides_a_block_against_the_friction_that_is_left_to_it() {
 }
 
 #[test]
-fn a_checkpoint_within_an_increment_loses_no_bit() {
+fn checkpoint_within_increment_changes_no_bit() {
     for (body, sets) in [(Body::Deformable, false), (Body::Rigid, false), (Body::Deformable, true)]
     {
         let deck = pushed(body, sets);
@@ -131,7 +131,7 @@ fn a_checkpoint_within_an_increment_loses_no_bit() {
 /// The block moves by 2e-4 m for any number of increments, and only in the stage in which the
 /// support takes effect.
 #[test]
-fn a_support_moves_once() {
+fn support_displacement_is_applied_once() {
     let deck = pushed(Body::Deformable, false);
     let mut simulation = simulation(&deck);
     stage(&mut simulation, 0, 1);
@@ -145,29 +145,29 @@ fn a_support_moves_once() {
 }
 
 #[test]
-fn a_displacement_is_for_relax_stages_and_held_directions() {
-    let said = |change: &dyn Fn(&mut Deck)| {
+fn displacement_needs_relax_stage_and_fixed_direction() {
+    let message = |change: &dyn Fn(&mut Deck)| {
         let mut deck = pushed(Body::Deformable, false);
         change(&mut deck);
         let error = deck.build().err().unwrap_or_else(|| panic!("it was taken"));
         error.faults.iter().map(|f| format!("{}: {}", f.place, f.message)).collect::<String>()
     };
-    let free = said(&|deck| deck.fix[1].displacement = Some([0.0, 1e-3, 0.0]));
+    let free = message(&|deck| deck.fix[1].displacement = Some([0.0, 1e-3, 0.0]));
     assert!(free.contains("fix[1].displacement[1]: a displacement of 0.001 along y"), "{free}");
-    let both = said(&|deck| deck.fix[1].velocity = Some([1.0, 0.0, 0.0]));
+    let both = message(&|deck| deck.fix[1].velocity = Some([1.0, 0.0, 0.0]));
     assert!(both.contains("`displacement` cannot be combined with `velocity`"), "{both}");
-    let dynamic = said(&|deck| {
+    let dynamic = message(&|deck| {
         deck.stage[1].kind = StageKind::Dynamic;
         deck.stage[1].duration = Some(1.0);
     });
     assert!(dynamic.contains("stage `push`, in which the support comes into force, is dynamic"));
-    let wild = said(&|deck| deck.fix[1].displacement = Some([f64::NAN, 0.0, 0.0]));
+    let wild = message(&|deck| deck.fix[1].displacement = Some([f64::NAN, 0.0, 0.0]));
     assert!(wild.contains("fix[1].displacement"), "{wild}");
 }
 
 /// A support lifts a block by d: the support does the work m g d, and gravity takes it.
 #[test]
-fn gravity_works_on_a_block_that_a_support_lifts() {
+fn lifting_support_works_against_gravity() {
     for body in [Body::Rigid, Body::Deformable] {
         let mut deck = deck([1; 3], [1.0; 3], 2, 0.01);
         deck.blocks[0].body = body;
@@ -199,7 +199,7 @@ fn gravity_works_on_a_block_that_a_support_lifts() {
 }
 
 #[test]
-fn damaged_relaxations_are_refused_or_run() {
+fn damaged_relaxation_states_are_refused_or_run() {
     for (body, sets) in [(Body::Rigid, false), (Body::Deformable, true)] {
         let deck = pushed(body, sets);
         let mut simulation = simulation(&deck);

@@ -24,7 +24,7 @@ fn messages(deck: &Deck) -> Vec<String> {
 }
 
 #[test]
-fn sets_are_joined_where_they_touch_or_the_joint_fills_the_gap() {
+fn sets_join_where_they_touch_or_joint_fills_gap() {
     // A ten thousandth of the shortest edge counts as rounding.
     for gap in [0.0, 0.8e-4, -0.8e-4, 0.01, 0.01 + 0.8e-4, 0.01 - 0.8e-4] {
         let deck = block_over_bed(gap);
@@ -35,7 +35,7 @@ fn sets_are_joined_where_they_touch_or_the_joint_fills_the_gap() {
 }
 
 #[test]
-fn a_gap_that_is_not_the_thickness_is_not_welded_over() {
+fn gap_other_than_thickness_is_not_joined() {
     for gap in [0.005, 0.0002, 0.0098, 0.015, 0.03] {
         let deck = block_over_bed(gap);
         let model = model(&deck);
@@ -62,16 +62,16 @@ fn a_gap_that_is_not_the_thickness_is_not_welded_over() {
 
 /// The gap leaves a block without support: the error of the relaxation names the gap.
 #[test]
-fn what_a_gap_leaves_free_is_told_of_it() {
+fn unfilled_gap_is_named_by_relaxation_error() {
     for (gap, start) in [
         (0.005, "sets `bed` and `block` are not joined over 4 faces"),
         (0.015, "sets `bed` and `block` do not touch: there is a gap of 1.500e-2 m over 4 faces"),
     ] {
-        told_of_a_gap(gap, start);
+        assert_error_names_gap(gap, start);
     }
 }
 
-fn told_of_a_gap(gap: f64, start: &str) {
+fn assert_error_names_gap(gap: f64, start: &str) {
     let mut deck = block_over_bed(gap);
     deck.fix = vec![fix(plane(2, 0.0), "xyz")];
     deck.stage = vec![relax_stage("load")];
@@ -86,7 +86,7 @@ fn told_of_a_gap(gap: f64, start: &str) {
 /// The joint of the later set, or the joint assigned there. Its thickness decides which gap it
 /// fills.
 #[test]
-fn the_joint_between_two_sets_is_the_one_that_counts() {
+fn joint_of_later_set_or_assignment_applies_between_sets() {
     let mut deck = block_over_bed(0.03);
     let wide = Joint { thickness: 0.03, ..deck.joints["seam"].clone() };
     deck.joints.insert("wide".into(), wide);
@@ -104,7 +104,7 @@ fn the_joint_between_two_sets_is_the_one_that_counts() {
 }
 
 #[test]
-fn sets_without_a_joint_meet_as_contacts() {
+fn sets_without_joint_make_contact() {
     let mut deck = block_over_bed(0.0);
     deck.blocks[1].joint = None;
     let touching =
@@ -118,7 +118,7 @@ fn sets_without_a_joint_meet_as_contacts() {
 
 /// A set in place of removed blocks touches the blocks around it across half a joint.
 #[test]
-fn a_set_in_the_place_of_removed_blocks_touches_those_around() {
+fn set_replacing_removed_blocks_touches_neighbours() {
     let mut deck = deck([3, 3, 1], [3.0, 3.0, 1.0], 1, 0.01);
     deck.blocks[0].name = Some("frame".into());
     let y = Some(Extent::Range([1.0, 2.0]));

@@ -25,7 +25,7 @@ fn line(x: f64, z: f64) -> Where {
 }
 
 #[test]
-fn no_support_leaves_all_six() {
+fn unsupported_model_has_six_rigid_motions() {
     let message = fault(|_| {}).expect("nothing is held");
     for motion in ["translation along", "rotation about"] {
         for axis in ["x", "y", "z"] {
@@ -36,7 +36,7 @@ fn no_support_leaves_all_six() {
 }
 
 #[test]
-fn a_hinge_line_leaves_the_turn_about_it() {
+fn hinge_line_leaves_one_rotation() {
     let message = fault(|deck| deck.fix.push(fix(line(0.0, 0.0), "xyz"))).expect("a hinge");
     assert!(message.ends_with("rotation about y through (0.0000, 0.5000, 0.0000)"), "{message}");
     assert!(!message.contains("translation"), "{message}");
@@ -53,7 +53,7 @@ fn a_hinge_line_leaves_the_turn_about_it() {
 }
 
 #[test]
-fn a_smooth_plane_leaves_sliding_and_turning_on_it() {
+fn smooth_plane_leaves_two_translations_and_rotation() {
     let message = fault(|deck| deck.fix.push(fix(plane(2, 0.0), "z"))).expect("a plane");
     let names = motions(&message);
     assert_eq!(names[..2], ["translation along x", "translation along y"], "{message}");
@@ -71,7 +71,7 @@ fn two_smooth_planes_leave_one_translation() {
 }
 
 #[test]
-fn the_set_that_is_free_is_named() {
+fn unsupported_set_is_named() {
     let two = |deck: &mut Deck| {
         deck.blocks[0].name = Some("held".into());
         let free = BlockSet {
@@ -88,7 +88,7 @@ fn the_set_that_is_free_is_named() {
 }
 
 #[test]
-fn a_part_that_was_cut_off_is_named() {
+fn disconnected_part_is_named() {
     let message = fault(|deck| {
         deck.blocks[0].size = Some([6.0, 1.0, 2.0]);
         deck.blocks[0].count = Some([3, 1, 1]);
@@ -101,7 +101,7 @@ fn a_part_that_was_cut_off_is_named() {
 }
 
 #[test]
-fn enough_supports_and_dynamic_stages_are_fine() {
+fn sufficient_supports_and_dynamic_stages_pass() {
     assert_eq!(fault(|deck| deck.fix.push(fix(plane(0, 0.0), "xyz"))), None);
     // Six restraints, just enough.
     assert_eq!(
@@ -122,7 +122,7 @@ fn enough_supports_and_dynamic_stages_are_fine() {
 
 /// A rotation about an axis that is not parallel to x, y or z is given in numbers.
 #[test]
-fn an_oblique_hinge_is_given_in_numbers() {
+fn oblique_hinge_axis_is_given_in_numbers() {
     let message = fault(|deck| {
         let corner =
             |x, y, z| Where { x: Some(Extent::Plane(x)), y: Some(Extent::Plane(y)), ..plane(2, z) };

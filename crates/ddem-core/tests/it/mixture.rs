@@ -6,7 +6,7 @@ use ddem_deck::*;
 
 use crate::damage::withstands_damage;
 use crate::decks::*;
-use crate::loose::{Piece, add, any_turn, contacts, mass_properties};
+use crate::unbonded_blocks::{Piece, add, any_turn, contacts, mass_properties};
 
 /// Two jointed walls on a floor, a rigid one with springs and a deformable one with layers. Blocks
 /// are thrown at them.
@@ -121,7 +121,7 @@ fn evaluate_everything(simulation: &mut Simulation) {
 const STEPS: usize = 2500;
 
 #[test]
-fn blocks_that_break_and_meet_have_the_same_bits_however_they_are_run() {
+fn mixture_bits_are_independent_of_threads_and_simd() {
     for kinematics in KINDS {
         let deck = mixture(kinematics);
         let run = |simd: Simd, threads: usize| {
@@ -153,7 +153,7 @@ fn blocks_that_break_and_meet_have_the_same_bits_however_they_are_run() {
 }
 
 #[test]
-fn fields_in_pieces_of_any_size_are_those_at_once() {
+fn fields_in_pieces_equal_whole_fields() {
     let mut deck = mixture(Kinematics::Corotational);
     deck.model.peaks = true;
     // The fields have more values than one thread fills.
@@ -184,35 +184,35 @@ fn fields_in_pieces_of_any_size_are_those_at_once() {
 }
 
 #[test]
-fn looking_at_blocks_that_break_and_meet_changes_no_bit() {
+fn evaluating_mixture_changes_no_bit() {
     for (kinematics, damping) in KINDS.into_iter().zip([Damping::Local(0.1), Damping::None]) {
         let deck = mixture(kinematics);
         let mut plain = started(&deck, Simd::default(), damping);
-        let mut looked = started(&deck, Simd::default(), damping);
+        let mut evaluated = started(&deck, Simd::default(), damping);
         let mut random = Random::new(3);
         for at in 0..STEPS {
             step(&mut plain, 1);
-            step(&mut looked, 1);
+            step(&mut evaluated, 1);
             if random.next() > 0.3 {
-                evaluate_everything(&mut looked);
+                evaluate_everything(&mut evaluated);
             }
             if at % 25 == 0 || at > STEPS - 3 {
-                same(&plain, &looked, &format!("step {at}"));
+                same(&plain, &evaluated, &format!("step {at}"));
             }
         }
     }
 }
 
 #[test]
-fn blocks_that_break_and_meet_go_on_from_any_step() {
+fn mixture_resumes_from_any_step() {
     for (kinematics, damping) in KINDS.into_iter().zip([Damping::None, Damping::Ratio(0.01)]) {
         let deck = mixture(kinematics);
         let mut whole = started(&deck, Simd::default(), damping);
-        let again = |simulation: &Simulation| {
+        let reloaded = |simulation: &Simulation| {
             let restored = Simulation::restore(model(&deck), Simd::default(), &simulation.save());
             restored.unwrap_or_else(|error| panic!("{error}"))
         };
-        let mut rebuilt = again(&whole);
+        let mut rebuilt = reloaded(&whole);
         let mut random = Random::new(9);
         let mut from = Vec::new();
         for at in 0..STEPS {
@@ -220,12 +220,12 @@ fn blocks_that_break_and_meet_go_on_from_any_step() {
             step(&mut rebuilt, 1);
             same(&whole, &rebuilt, &format!("step {at}"));
             if at < 5 || random.next() > 0.6 {
-                let next = again(&rebuilt);
+                let next = reloaded(&rebuilt);
                 same(&rebuilt, &next, &format!("restored at step {at}"));
                 rebuilt = next;
             }
             if at % 100 == 50 {
-                from.push(again(&whole));
+                from.push(reloaded(&whole));
             }
         }
         same(&whole, &rebuilt, "rebuilt");
@@ -236,7 +236,7 @@ fn blocks_that_break_and_meet_go_on_from_any_step() {
         }
         whole.synchronise();
         rebuilt.synchronise();
-        same(&again(&whole), &rebuilt, "settled");
+        same(&reloaded(&whole), &rebuilt, "settled");
         for simulation in [&mut whole, &mut rebuilt] {
             let start = simulation.start(Damping::Local(0.3), TimeStep::Auto, Some(0.05));
             start.unwrap_or_else(|error| panic!("{error}"));
@@ -248,7 +248,7 @@ fn blocks_that_break_and_meet_go_on_from_any_step() {
 
 /// Damaged states with rigid blocks, broken joints and contacts.
 #[test]
-fn damaged_blocks_that_break_and_meet_are_refused_or_run() {
+fn damaged_mixture_states_are_refused_or_run() {
     let deck = mixture(Kinematics::Corotational);
     let mut simulation = started(&deck, Simd::default(), Damping::None);
     step(&mut simulation, STEPS);

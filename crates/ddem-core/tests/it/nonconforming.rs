@@ -30,7 +30,7 @@ fn halves() -> Deck {
 
 /// Pulled up slowly, the joint fails at its tensile strength as force over area.
 #[test]
-fn it_fails_at_its_strength() {
+fn nonconforming_joint_fails_at_tensile_strength() {
     let strongest = |traction: f64| {
         let mut deck = halves();
         // Lateral supports make the stress uniform.
@@ -54,7 +54,7 @@ fn it_fails_at_its_strength() {
 
 /// Sheared beyond its strength, the joint slides, and friction and fracture energies balance.
 #[test]
-fn it_slides_with_friction() {
+fn nonconforming_joint_slides_with_friction() {
     let mut deck = halves();
     deck.model.gravity = [0.0, 0.0, -10.0];
     let region = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
@@ -75,7 +75,7 @@ fn it_slides_with_friction() {
 /// Without contacts, joints keep their pairs for any slip. This holds for conforming joints beside
 /// nonconforming ones, too.
 #[test]
-fn pairs_are_kept_where_no_contacts_are_looked_for() {
+fn joints_keep_pairs_without_contact_search() {
     for split in [true, false] {
         let mut deck = halves();
         deck.model.gravity = [0.0, 0.0, -10.0];
@@ -135,18 +135,18 @@ fn sets(body: Body) -> Deck {
 /// Evaluating, saving and resuming at any step of breaking and sliding changes no bit. The joints
 /// lie at split blocks and between sets, of deformable and of rigid blocks.
 #[test]
-fn it_goes_on_bit_for_bit() {
+fn nonconforming_joints_resume_with_same_bits() {
     let rigid = || {
         let mut deck = halves();
         (deck.blocks[0].body, deck.blocks[0].divisions) = (Body::Rigid, 1);
         deck
     };
     for deck in [halves(), rigid(), sets(Body::Deformable), sets(Body::Rigid)] {
-        goes_on(deck);
+        check_resume(deck);
     }
 }
 
-fn goes_on(mut deck: Deck) {
+fn check_resume(mut deck: Deck) {
     deck.model.gravity = [0.0, 0.0, -10.0];
     let region = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
     deck.load.push(Load { region, force: Some([2e6, 0.0, 3e5]), ..Load::default() });

@@ -47,7 +47,7 @@ fn field(simulation: &mut Simulation, name: &str) -> Vec<f64> {
 }
 
 #[test]
-fn peaks_of_a_plane_wave_are_its_amplitude() {
+fn peaks_of_plane_wave_equal_its_amplitude() {
     let mut simulation = simulation(&bar(1e6, 0.01));
     // λ + 2G of the rock, and the speed of its compression waves.
     let modulus: f64 = 18e9 * 0.75 / (1.25 * 0.5);
@@ -59,12 +59,12 @@ fn peaks_of_a_plane_wave_are_its_amplitude() {
     let compression = field(&mut simulation, "peak_compression");
     let tension = field(&mut simulation, "peak_tension");
     let model = simulation.model();
-    let looked = |node: usize| (1.0..5.0).contains(&model.point(node)[0]);
+    let in_window = |node: usize| (1.0..5.0).contains(&model.point(node)[0]);
     let off = |found: f64, exact: f64| (found / exact - 1.0).abs();
-    let nodes = speeds.iter().enumerate().filter(|&(node, _)| looked(node));
+    let nodes = speeds.iter().enumerate().filter(|&(node, _)| in_window(node));
     let velocity = nodes.map(|(_, speed)| off(*speed, expected)).fold(0.0, f64::max);
     let hexes = (0..model.n_blocks()).flat_map(|block| model.hexes(block)).enumerate();
-    let elements = hexes.filter(|(_, hex)| looked(hex[0] as usize)).map(|(element, _)| element);
+    let elements = hexes.filter(|(_, hex)| in_window(hex[0] as usize)).map(|(element, _)| element);
     let (mut count, mut pressed, mut pulled) = (0, 0.0_f64, 0.0_f64);
     for element in elements {
         count += 1;
@@ -78,7 +78,7 @@ fn peaks_of_a_plane_wave_are_its_amplitude() {
 }
 
 #[test]
-fn what_is_thrown_has_the_peak_of_its_start_and_rest_has_none() {
+fn thrown_block_peaks_at_start_and_resting_block_has_none() {
     let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 2, 0.02);
     deck.model.peaks = true;
     let velocity = Some([3.0, 0.0, -4.0]);
@@ -92,7 +92,7 @@ fn what_is_thrown_has_the_peak_of_its_start_and_rest_has_none() {
 
 /// Intermediate states of a relaxation are no peaks; its equilibrium is.
 #[test]
-fn a_relaxation_leaves_its_equilibrium_alone() {
+fn relaxation_records_peaks_at_equilibrium_only() {
     let mut deck = bar(0.0, 0.01);
     deck.load[0] =
         Load { region: plane(0, 10.0), traction: Some([2e5, 0.0, 0.0]), ..Load::default() };
@@ -105,7 +105,7 @@ fn a_relaxation_leaves_its_equilibrium_alone() {
 }
 
 #[test]
-fn nobody_pays_who_does_not_ask() {
+fn peaks_off_allocate_nothing() {
     let mut deck = bar(1e6, 0.01);
     deck.model.peaks = false;
     let free = simulation(&deck);
@@ -124,7 +124,7 @@ fn peaks(simulation: &Simulation) -> Vec<u64> {
 }
 
 #[test]
-fn peaks_are_the_same_bits_after_a_restart_and_on_any_threads() {
+fn peak_bits_are_independent_of_resume_and_threads() {
     let mut deck = bar(1e6, 0.01);
     let region = Where {
         x: Some(Extent::Range([1.0, 2.0])),
@@ -160,7 +160,7 @@ fn peaks_are_the_same_bits_after_a_restart_and_on_any_threads() {
 
 /// A rotated and stretched block: peaks are the principal values of its stresses.
 #[test]
-fn peaks_are_the_principal_values_of_the_stresses() {
+fn peak_stresses_are_principal_values() {
     let mut deck = with_axes(deck([1, 1, 1], [1.0; 3], 2, 0.01), OBLIQUE);
     deck.model.peaks = true;
     let mut simulation = simulation(&deck);

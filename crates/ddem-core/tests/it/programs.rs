@@ -8,8 +8,8 @@ use ddem_core::law::{JointLaw, Softening};
 use ddem_core::{Function, Model, Relaxed, RunError, Simd, Simulation};
 use ddem_deck::*;
 
+use crate::cavities::{everywhere, gas, hollow};
 use crate::decks::*;
-use crate::hollows::{everywhere, gas, hollow};
 
 /// Pillar of three blocks on a fixed base, with a traction at its top.
 fn pillar(history: Option<History>) -> Deck {
@@ -48,7 +48,7 @@ fn push(model: &Model) -> (Vec<u32>, Vec<[f64; 3]>) {
 }
 
 #[test]
-fn forces_of_a_program_are_those_of_a_load() {
+fn applied_forces_equal_a_load() {
     let mut loaded = started(model(&pillar(None)));
     let free = Deck { load: Vec::new(), ..pillar(None) };
     let mut pushed = started(model(&free));
@@ -69,7 +69,7 @@ fn forces_of_a_program_are_those_of_a_load() {
 }
 
 #[test]
-fn forces_of_a_program_replace_what_it_applied_before() {
+fn applied_forces_replace_earlier_ones() {
     let free = Deck { load: Vec::new(), ..pillar(None) };
     let mut simulation = started(model(&free));
     let top = plane(2, 3.0).nodes(simulation.model()).unwrap()[0];
@@ -93,7 +93,7 @@ fn forces_of_a_program_replace_what_it_applied_before() {
 
 /// The reaction of the base balances the forces of the program.
 #[test]
-fn a_relaxation_bears_the_forces_of_a_program() {
+fn relaxation_balances_applied_forces() {
     let mut free = Deck { load: Vec::new(), ..pillar(None) };
     free.model.gravity = [0.0; 3];
     let mut simulation = Simulation::new(model(&free));
@@ -106,7 +106,7 @@ fn a_relaxation_bears_the_forces_of_a_program() {
 }
 
 #[test]
-fn a_computed_history_is_the_table_it_computes() {
+fn computed_history_equals_its_table() {
     let ramp = History::Ramp(2e-3);
     let mut given = started(model(&pillar(Some(ramp.clone()))));
     let mut model = model(&pillar(None));
@@ -122,7 +122,7 @@ fn a_computed_history_is_the_table_it_computes() {
 }
 
 #[test]
-fn a_history_that_fails_moves_nothing() {
+fn failing_history_moves_nothing() {
     let mut deck = pillar(None);
     deck.stage = vec![relax_stage("only")];
     let mut model = model(&deck);
@@ -146,7 +146,7 @@ fn a_history_that_fails_moves_nothing() {
 }
 
 #[test]
-fn what_takes_long_can_be_stopped() {
+fn long_operations_can_be_stopped() {
     let mut simulation = Simulation::new(model(&pillar(None)));
     let before = simulation.save();
     simulation.stop_when(Arc::new(AtomicBool::new(true)));
@@ -159,7 +159,7 @@ fn what_takes_long_can_be_stopped() {
 }
 
 #[test]
-fn steps_out_of_all_proportion_are_refused() {
+fn far_too_short_steps_are_refused() {
     let mut simulation = Simulation::new(model(&pillar(None)));
     let mut start = |step, duration| simulation.start(Damping::None, step, duration);
     let is_short = |started| matches!(started, Err(RunError::TooShort { .. }));
@@ -171,7 +171,7 @@ fn steps_out_of_all_proportion_are_refused() {
 /// A relaxation does not ask again for known factors. Resumed from a checkpoint, it continues
 /// although the program has no more factors.
 #[test]
-fn a_relaxation_goes_on_without_asking_for_histories() {
+fn relaxation_resumes_without_history_calls() {
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
     deck.fix = vec![fix(plane(2, 0.0), "xyz")];
     deck.charge = vec![gas(everywhere(), 1e6)];
@@ -248,13 +248,13 @@ impl JointLaw for Cohesion {
 }
 
 #[test]
-fn laws_without_a_strength_are_refused() {
+fn laws_with_invalid_strength_are_refused() {
     let mut model = model(&deck([1, 1, 2], [2.0, 2.0, 1.0], 1, 0.01));
-    for (cohesion, told) in [(f64::NAN, "NaN"), (-2.5, "-2.5")] {
+    for (cohesion, reported) in [(f64::NAN, "NaN"), (-2.5, "-2.5")] {
         let refused =
             model.set_law("seam", Arc::new(Cohesion(cohesion))).map_err(|e| e.to_string());
         let expected =
-            format!("joints.seam: peak(0) is {told}, expected 0 Pa or more [invalid-law]");
+            format!("joints.seam: peak(0) is {reported}, expected 0 Pa or more [invalid-law]");
         assert_eq!(refused, Err(expected));
     }
     assert!(model.set_law("seam", Arc::new(Cohesion(f64::INFINITY))).is_ok());
@@ -344,7 +344,7 @@ impl JointLaw for Frictionless {
 }
 
 #[test]
-fn laws_that_would_make_energy_or_never_fail_are_refused() {
+fn laws_that_create_energy_or_never_fail_are_refused() {
     let mut model = model(&deck([1, 1, 2], [2.0, 2.0, 1.0], 1, 0.01));
     let softening = |opening, sliding| Some(Softening { opening, sliding });
     let odd = [
@@ -364,11 +364,11 @@ fn laws_that_would_make_energy_or_never_fail_are_refused() {
         (Odd { sees: Some(false), ..SOUND }, "any_failure() does not say so"),
         (Odd { sees: Some(true), ..SOUND }, "any_failure() says that it fails"),
     ];
-    for (law, told) in odd {
+    for (law, reported) in odd {
         let refused = model.set_law("seam", Arc::new(law)).map_err(|fault| fault.to_string());
         assert!(
-            refused.as_ref().is_err_and(|message| message.contains(told)),
-            "{refused:?}: {told}"
+            refused.as_ref().is_err_and(|message| message.contains(reported)),
+            "{refused:?}: {reported}"
         );
     }
     for law in [SOUND, Odd { tan: None, ..SOUND }] {
@@ -394,7 +394,7 @@ fn safety(deck: &Deck, function: Option<Arc<Function>>) -> f64 {
 }
 
 #[test]
-fn a_factor_of_safety_is_that_of_laws_and_histories_of_a_program() {
+fn factor_of_safety_uses_program_laws_and_histories() {
     let mut deck = deck([1, 1, 2], [2.0, 2.0, 1.0], 1, 0.01);
     let held = Where { z: Some(Extent::Range([0.0, 0.499])), ..Where::default() };
     deck.fix = vec![fix(held, "xyz")];
@@ -417,7 +417,7 @@ fn a_factor_of_safety_is_that_of_laws_and_histories_of_a_program() {
 
 /// A block that slides until contacts replace its joint keeps the friction of the program's law.
 #[test]
-fn contacts_have_the_friction_of_a_law_of_ones_own() {
+fn contacts_have_friction_of_program_law() {
     let mut deck = deck([1, 1, 2], [2.0, 2.0, 1.0], 4, 0.01);
     let held = Where { z: Some(Extent::Range([0.0, 0.499])), ..Where::default() };
     deck.fix = vec![fix(held, "xyz")];

@@ -49,7 +49,7 @@ fn relaxed(deck: &Deck) -> Simulation {
 /// A uniform stress crosses joints between coarse and fine blocks exactly, apart from the single
 /// precision of the points on faces.
 #[test]
-fn a_uniform_stress_passes() {
+fn uniform_stress_crosses_split_blocks() {
     for kinematics in [Kinematics::Small, Kinematics::Corotational] {
         let mut deck = layers(0.0);
         deck.model.kinematics = kinematics;
@@ -77,7 +77,7 @@ fn a_uniform_stress_passes() {
 
 /// Two sets with different divisions and positions are joined where they touch.
 #[test]
-fn sets_that_touch_are_joined() {
+fn touching_sets_with_different_divisions_are_joined() {
     let mut deck = layers(0.0);
     deck.refine.clear();
     deck.blocks[0].count = Some([2, 2, 1]);
@@ -132,7 +132,7 @@ fn thrown(thickness: f64) -> Simulation {
 /// Free flight with rotation keeps momentum and angular momentum to rounding, and energy to the
 /// order of the time step.
 #[test]
-fn momentum_is_exact() {
+fn free_flight_conserves_momentum_to_rounding() {
     for thickness in [0.0, 0.01] {
         let mut simulation = thrown(thickness);
         let (before, spin) = (simulation.momentum(), simulation.angular_momentum());
@@ -154,7 +154,7 @@ fn momentum_is_exact() {
 
 /// Rigid motions of any size cause no force.
 #[test]
-fn rigid_motions_make_no_force() {
+fn rigid_motions_give_no_force() {
     let mut simulation = thrown(0.01);
     let turn = nalgebra::Rotation3::from_euler_angles(0.7, -1.1, 0.4);
     let n = simulation.model().n_nodes();
@@ -171,8 +171,8 @@ fn rigid_motions_make_no_force() {
 }
 
 #[test]
-fn what_cannot_be_split_is_said() {
-    let said = |change: &dyn Fn(&mut Deck)| -> String {
+fn invalid_refinements_are_refused() {
+    let message = |change: &dyn Fn(&mut Deck)| -> String {
         let mut deck = layers(0.05);
         change(&mut deck);
         let faults = deck.build().err().map(|error| error.faults).unwrap_or_default();
@@ -180,16 +180,16 @@ fn what_cannot_be_split_is_said() {
         let line = |fault: &Fault| format!("{}: {}, {}\n", fault.place, fault.message, help(fault));
         faults.iter().map(line).collect()
     };
-    let nowhere = said(&|deck| deck.refine[0].region = range(2, 7.0, 9.0));
+    let nowhere = message(&|deck| deck.refine[0].region = range(2, 7.0, 9.0));
     assert!(nowhere.starts_with("refine[0].where: selects nothing"), "{nowhere}");
     assert!(nowhere.contains("centroid: that of the nearest is at [0.5, 0.5, 2.5]"), "{nowhere}");
-    let one = said(&|deck| deck.refine[0].factor = 1);
+    let one = message(&|deck| deck.refine[0].factor = 1);
     assert!(one.starts_with("refine[0].factor: 1 parts leave blocks as they are"), "{one}");
-    let fine = said(&|deck| deck.refine[1].factor = 7);
+    let fine = message(&|deck| deck.refine[1].factor = 7);
     assert!(fine.starts_with("refine[1].factor: 7 parts leave blocks of 7.143e-2 m"), "{fine}");
-    let many = said(&|deck| deck.refine[1].factor = 10_000);
+    let many = message(&|deck| deck.refine[1].factor = 10_000);
     assert!(many.contains("more than 4.29e9"), "{many}");
-    let bare = said(&|deck| {
+    let bare = message(&|deck| {
         deck.blocks[0].count = Some([1; 3]);
         deck.blocks[0].joint = None::<JointChoice>;
         deck.refine.truncate(1);
@@ -199,7 +199,7 @@ fn what_cannot_be_split_is_said() {
 
 /// Layers of nonconforming joints have mass: with one density the model has the mass of its volume.
 #[test]
-fn layers_of_joints_have_their_mass() {
+fn nonconforming_joint_layers_have_mass() {
     for factor in [2, 3] {
         let mut deck = deck([2, 3, 2], [2.0, 3.0, 2.0], 2, 0.06);
         let density = deck.materials["rock"].density;
@@ -213,7 +213,7 @@ fn layers_of_joints_have_their_mass() {
 
 /// A warning counts the joints on which the gas does not act.
 #[test]
-fn charges_say_what_they_do_not_push() {
+fn charge_warns_of_joints_without_gas() {
     let mut deck = deck([2, 3, 2], [2.0, 3.0, 2.0], 2, 0.02);
     deck.refine = vec![refine(range(1, 1.0, 2.0), 2)];
     let warned = |deck: &mut Deck, from: f64| {
@@ -229,7 +229,7 @@ fn charges_say_what_they_do_not_push() {
 
 /// The joint between two sets is that of the later set, not one assigned on a plane inside it.
 #[test]
-fn an_inner_plane_is_none_of_the_interface() {
+fn assignment_inside_set_leaves_interface_joint() {
     let mut deck = layers(0.0);
     deck.refine.clear();
     deck.blocks[0].count = Some([1, 1, 1]);
@@ -266,7 +266,7 @@ fn an_inner_plane_is_none_of_the_interface() {
 /// Sets that touch leave no room for a layer, and a face that another block covers in part carries
 /// no load.
 #[test]
-fn sets_that_touch_have_their_own_mass_and_whole_faces() {
+fn touching_sets_have_no_layer_and_load_whole_faces_only() {
     let mut deck = deck([2, 2, 1], [4.0, 4.0, 1.0], 2, 0.05);
     deck.blocks.push(BlockSet {
         origin: [0.5, 0.5, 1.0],

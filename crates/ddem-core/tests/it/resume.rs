@@ -29,7 +29,7 @@ fn jointed() -> Deck {
     deck
 }
 
-fn again(deck: &Deck, saved: &Saved) -> Simulation {
+fn reloaded(deck: &Deck, saved: &Saved) -> Simulation {
     let restored = Simulation::restore(model(deck), Simd::default(), saved);
     restored.unwrap_or_else(|error| panic!("{error}"))
 }
@@ -44,26 +44,26 @@ fn start(simulation: &mut Simulation, damping: Damping) {
 }
 
 /// All outputs, as bits.
-fn seen(simulation: &mut Simulation) -> Vec<u64> {
+fn state_bits(simulation: &mut Simulation) -> Vec<u64> {
     let nodes: Vec<u32> = (0..simulation.model().n_nodes() as u32).collect();
-    let mut seen = bits(&simulation.displacements());
-    seen.extend(bits(&simulation.velocities()));
-    seen.extend(bits(&[simulation.reaction(&nodes)]));
-    seen.extend(bits(&simulation.tractions()));
-    seen.extend(simulation.stresses().iter().flatten().map(|x| x.to_bits()));
-    seen.extend(simulation.energy().values().map(f64::to_bits));
-    seen.extend(
+    let mut state_bits = bits(&simulation.displacements());
+    state_bits.extend(bits(&simulation.velocities()));
+    state_bits.extend(bits(&[simulation.reaction(&nodes)]));
+    state_bits.extend(bits(&simulation.tractions()));
+    state_bits.extend(simulation.stresses().iter().flatten().map(|x| x.to_bits()));
+    state_bits.extend(simulation.energy().values().map(f64::to_bits));
+    state_bits.extend(
         [simulation.time(), simulation.time_step(), simulation.unbalanced()].map(f64::to_bits),
     );
-    seen.push(simulation.steps());
-    seen
+    state_bits.push(simulation.steps());
+    state_bits
 }
 
 const DAMPINGS: [Damping; 4] =
     [Damping::None, Damping::Ratio(0.05), Damping::Mass(200.0), Damping::Local(0.7)];
 
 #[test]
-fn a_dynamic_run_goes_on_from_any_step() {
+fn dynamic_run_resumes_from_any_step() {
     let deck = jointed();
     for damping in DAMPINGS {
         let mut whole = simulation(&deck);
@@ -71,14 +71,17 @@ fn a_dynamic_run_goes_on_from_any_step() {
         for at in 0..40 {
             if [0, 1, 2, 17, 39].contains(&at) {
                 let saved = whole.save();
-                let mut resumed = again(&deck, &saved);
+                let mut resumed = reloaded(&deck, &saved);
                 assert!(resumed.save() == saved, "{damping:?}: saved again at step {at}");
-                assert!(seen(&mut resumed) == seen(&mut whole), "{damping:?} at step {at}");
-                let mut here = again(&deck, &saved);
+                assert!(
+                    state_bits(&mut resumed) == state_bits(&mut whole),
+                    "{damping:?} at step {at}"
+                );
+                let mut here = reloaded(&deck, &saved);
                 (0..10).for_each(|_| step(&mut here));
-                let mut there = again(&deck, &saved);
+                let mut there = reloaded(&deck, &saved);
                 (0..10).for_each(|_| step(&mut there));
-                assert!(seen(&mut here) == seen(&mut there), "{damping:?}");
+                assert!(state_bits(&mut here) == state_bits(&mut there), "{damping:?}");
             }
             step(&mut whole);
         }
@@ -86,20 +89,20 @@ fn a_dynamic_run_goes_on_from_any_step() {
 }
 
 #[test]
-fn an_interrupted_run_ends_as_one_that_was_not() {
+fn run_resumed_at_every_step_has_same_bits() {
     let deck = jointed();
     for damping in DAMPINGS {
         let mut whole = simulation(&deck);
         start(&mut whole, damping);
         // Rebuilt at every step, so that state kept in scratch space would be lost.
-        let mut rebuilt = again(&deck, &whole.save());
+        let mut rebuilt = reloaded(&deck, &whole.save());
         for at in 0..60 {
             step(&mut whole);
             step(&mut rebuilt);
-            rebuilt = again(&deck, &rebuilt.save());
+            rebuilt = reloaded(&deck, &rebuilt.save());
             assert!(rebuilt.save() == whole.save(), "{damping:?}, step {at}");
         }
-        assert!(seen(&mut rebuilt) == seen(&mut whole), "{damping:?}");
+        assert!(state_bits(&mut rebuilt) == state_bits(&mut whole), "{damping:?}");
     }
 }
 
@@ -112,49 +115,49 @@ fn relax(simulation: &mut Simulation, steps: usize) -> bool {
 }
 
 #[test]
-fn a_relaxation_goes_on_from_any_step() {
+fn relaxation_resumes_from_any_step() {
     let deck = jointed();
     let mut whole = simulation(&deck);
     whole.start_relaxation(3).unwrap_or_else(|error| panic!("{error}"));
-    let mut rebuilt = again(&deck, &whole.save());
+    let mut rebuilt = reloaded(&deck, &whole.save());
     let (mut done, mut steps) = (false, 0);
     while !done {
         assert!(rebuilt.save() == whole.save(), "saved at step {steps}");
-        assert!(seen(&mut rebuilt) == seen(&mut whole), "seen at step {steps}");
+        assert!(state_bits(&mut rebuilt) == state_bits(&mut whole), "state at step {steps}");
         let n = if steps < 5 { 1 } else { 13 };
         done = relax(&mut whole, n);
         assert_eq!(relax(&mut rebuilt, n), done);
-        rebuilt = again(&deck, &rebuilt.save());
+        rebuilt = reloaded(&deck, &rebuilt.save());
         steps += n;
         assert!(steps < 20_000, "not in equilibrium");
     }
-    assert!(seen(&mut rebuilt) == seen(&mut whole), "at the end");
+    assert!(state_bits(&mut rebuilt) == state_bits(&mut whole), "at the end");
 }
 
 /// A resume after a static stage and one between two dynamic stages.
 #[test]
-fn stages_go_on_from_a_checkpoint_between_them() {
+fn checkpoint_between_stages_resumes() {
     let deck = jointed();
     let mut whole = simulation(&deck);
     whole.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
     assert!(relax(&mut whole, 20_000));
     whole.finish_relaxation();
-    let mut resumed = again(&deck, &whole.save());
-    assert!(seen(&mut resumed) == seen(&mut whole), "after the relaxation");
+    let mut resumed = reloaded(&deck, &whole.save());
+    assert!(state_bits(&mut resumed) == state_bits(&mut whole), "after the relaxation");
     for damping in [Damping::Ratio(0.02), Damping::Stiffness(1e-5), Damping::Local(0.5)] {
         for simulation in [&mut whole, &mut resumed] {
             simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
             start(simulation, damping);
             (0..25).for_each(|_| step(simulation));
         }
-        assert!(seen(&mut resumed) == seen(&mut whole), "{damping:?}");
+        assert!(state_bits(&mut resumed) == state_bits(&mut whole), "{damping:?}");
         assert!(resumed.save() == whole.save(), "{damping:?}");
-        resumed = again(&deck, &resumed.save());
+        resumed = reloaded(&deck, &resumed.save());
     }
     for simulation in [&mut whole, &mut resumed] {
         simulation.synchronise();
     }
-    assert!(seen(&mut resumed) == seen(&mut whole), "settled");
+    assert!(state_bits(&mut resumed) == state_bits(&mut whole), "settled");
     let energy = whole.energy();
     assert!(energy.balance.abs() < 1e-3 * energy.external.abs(), "{energy:?}");
 }
@@ -162,7 +165,7 @@ fn stages_go_on_from_a_checkpoint_between_them() {
 /// `increments` apply loads in equal parts from their previous values: displacements of the linear
 /// model follow them.
 #[test]
-fn increments_bring_loads_in_equal_parts() {
+fn increments_apply_loads_in_equal_parts() {
     let mut deck = jointed();
     deck.model.kinematics = Kinematics::Small;
     let mut simulation = simulation(&deck);
@@ -224,7 +227,7 @@ fn dry() -> Deck {
 /// Joints without strength are released in the steps around the one that waits for the first
 /// failure. A run saved and resumed at any of these steps is the same, on any number of threads.
 #[test]
-fn joints_without_strength_go_on_from_any_step_on_any_number_of_threads() {
+fn joints_without_strength_resume_from_any_step_on_any_threads() {
     let deck = dry();
     let on = |threads: usize, work: &(dyn Fn() -> (Vec<u64>, Vec<u64>) + Sync)| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
@@ -238,16 +241,16 @@ fn joints_without_strength_go_on_from_any_step_on_any_number_of_threads() {
         while simulation.time() < 0.03 {
             step(&mut simulation);
             failed.push(simulation.failed_pairs().iter().sum());
-            released = crate::loose::contacts(&mut simulation)[1];
+            released = crate::unbonded_blocks::contacts(&mut simulation)[1];
             // All of the first steps with failures, and some later ones.
             let early = failed.iter().filter(|&&failed| failed > 0).count() < 20;
             if every > 0 && (early || simulation.steps().is_multiple_of(every)) {
                 let saved = simulation.save();
-                simulation = again(&deck, &saved);
+                simulation = reloaded(&deck, &saved);
             }
         }
         assert!(released > 0 && failed.last().is_some_and(|&failed| failed > 4), "{released}");
-        (seen(&mut simulation), failed)
+        (state_bits(&mut simulation), failed)
     };
     let whole = on(1, &|| run(0));
     assert!(whole == on(1, &|| run(7)), "resumed");

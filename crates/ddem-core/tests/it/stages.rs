@@ -87,7 +87,7 @@ fn share(x: f64) -> f64 {
 /// Forces of a support continue when a boundary replaces it, but forces of blocks removed in the
 /// same stage do not. At the rim σ⁰ n of the joint above and of half of its sides is missing.
 #[test]
-fn what_a_fix_bore_goes_on_without_what_is_taken_out() {
+fn excavation_reduces_locked_reactions() {
     let mut simulation = handed_over(None);
     let forces = simulation.forces();
     for (node, found) in forces.into_iter().enumerate().take(27 * 2) {
@@ -108,7 +108,7 @@ fn what_a_fix_bore_goes_on_without_what_is_taken_out() {
 
 /// With a release nothing moves at first, at the sides and inside; the end state is the same.
 #[test]
-fn a_release_beside_a_boundary_ends_where_none_does() {
+fn release_beside_boundary_ends_in_same_state() {
     let mut released = handed_over(Some(1.0));
     assert!(largest(&released.forces()[..54]) < 1.0, "{:?}", &released.forces()[..54]);
     let mut at_once = handed_over(None);
@@ -134,7 +134,7 @@ fn excavated(release: Option<f64>) -> Deck {
 /// Stages are entered forwards only: an earlier one is refused and changes nothing. A saved state
 /// goes back.
 #[test]
-fn stages_go_forwards_only() {
+fn stages_are_entered_forwards_only() {
     let deck = excavated(Some(0.001));
     let mut simulation = simulation(&deck);
     relax(&mut simulation);
@@ -168,7 +168,7 @@ fn stages_go_forwards_only() {
 
 /// A release continues when a dynamic stage is entered, until a relaxation completes it.
 #[test]
-fn a_release_does_not_begin_again() {
+fn release_continues_in_next_dynamic_stage() {
     let mut simulation = simulation(&excavated(Some(0.002)));
     relax(&mut simulation);
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
@@ -197,7 +197,7 @@ fn a_release_does_not_begin_again() {
 
 /// Two excavations entered at once: each fades its own forces, or does not fade them.
 #[test]
-fn stages_that_are_skipped_keep_their_forces_apart() {
+fn skipped_stages_release_their_own_forces() {
     let mut deck = column(vec![relax_stage("before"), dynamic("top"), dynamic("bottom")]);
     deck.fix[2..4].iter_mut().for_each(|fix| fix.axes = "x".into());
     deck.remove =
@@ -223,7 +223,7 @@ fn stages_that_are_skipped_keep_their_forces_apart() {
 
 /// A given time step and duration stay in force.
 #[test]
-fn an_excavation_leaves_the_time_step() {
+fn excavation_keeps_time_step_and_duration() {
     let mut simulation = simulation(&excavated(None));
     begin(&mut simulation, TimeStep::Seconds(1e-6), Some(5e-5));
     simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
@@ -235,7 +235,7 @@ fn an_excavation_leaves_the_time_step() {
 
 /// The remaining model can be too stiff for the step: heavy joints had made the step long.
 #[test]
-fn a_step_that_is_too_long_after_an_excavation_is_said_or_shortened() {
+fn unstable_step_after_excavation_is_refused_or_shortened() {
     let mut deck = deck([1, 1, 3], [1.0, 1.0, 3.0], 1, 0.02);
     let soft = Material { density: 2400.0, young: 18e4, poisson: 0.25 };
     deck.materials.insert("soft".into(), soft);
@@ -268,7 +268,7 @@ fn a_step_that_is_too_long_after_an_excavation_is_said_or_shortened() {
 
 /// Nodes of removed blocks stay at rest for any values that are set.
 #[test]
-fn what_is_set_leaves_removed_blocks_alone() {
+fn removed_blocks_stay_at_rest_when_fields_are_set() {
     let (mut a, mut b) = (simulation(&excavated(None)), simulation(&excavated(None)));
     let n = a.model().n_nodes();
     let mut random = Random::new(3);
@@ -291,7 +291,7 @@ fn what_is_set_leaves_removed_blocks_alone() {
 
 /// The loads of a release are not loads of the deck.
 #[test]
-fn a_release_has_no_history_to_be_set() {
+fn release_takes_no_program_history() {
     let mut model: Model = model(&excavated(Some(1.0)));
     let fault = model.set_load_history(0, std::sync::Arc::new(|_| Ok(1.0)));
     let fault = fault.err().unwrap_or_else(|| panic!("set"));
@@ -302,7 +302,7 @@ fn a_release_has_no_history_to_be_set() {
 /// The nearest node or element is one that remains, if several are equally near: lower and upper
 /// face of a joint without thickness.
 #[test]
-fn what_stays_is_nearer() {
+fn nearest_search_prefers_remaining_blocks() {
     let mut deck = excavated(None);
     let joint =
         Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() };

@@ -4,7 +4,7 @@ use ddem_core::Energy;
 use ddem_deck::{Damping, Deck, TimeStep};
 
 use crate::decks::*;
-use crate::loose::*;
+use crate::unbonded_blocks::*;
 
 /// Box of six fixed rigid walls around `[0, width]³`.
 fn closed(deck: &mut Deck, width: f64) {
@@ -105,7 +105,7 @@ fn fly(mut deck: Deck, time: f64) -> Kept {
 
 /// Tens of impacts at corners, edges and faces, with penetrations up to 4 % of an edge.
 #[test]
-fn a_block_that_tumbles_in_a_box_keeps_its_energy() {
+fn tumbling_block_keeps_energy() {
     let mut mean = 0.0;
     for (divisions, gravity, seed) in
         (1..=3).flat_map(|seed| [(0, 0.0, seed), (0, 9.81, seed), (2, 0.0, seed), (2, 9.81, seed)])
@@ -124,7 +124,7 @@ fn a_block_that_tumbles_in_a_box_keeps_its_energy() {
 /// the end of another: one of them takes two parts in a hundred at once, all others together one in
 /// a thousand.
 #[test]
-fn blocks_that_tumble_in_a_box_keep_their_energy() {
+fn colliding_tumbling_blocks_keep_energy() {
     for (divisions, gravity, young, least) in
         [(0, 0.0, 1e9, 0.97), (0, 9.81, 1e9, 0.97), (0, 0.0, 1e8, 0.96), (2, 0.0, 1e8, 0.96)]
     {

@@ -48,12 +48,12 @@ fn joint(change: impl FnOnce(&mut Joint)) -> Vec<String> {
 }
 
 #[test]
-fn a_good_deck_has_no_faults() {
+fn good_deck_has_no_faults() {
     assert_eq!(check(&good()), []);
 }
 
 #[test]
-fn materials_and_joints_are_as_many_as_their_numbers() {
+fn too_many_materials_and_joints_are_refused() {
     let all = |many: u32| {
         places(|deck| {
             let seam = deck.joints["seam"].clone();
@@ -65,7 +65,7 @@ fn materials_and_joints_are_as_many_as_their_numbers() {
 }
 
 #[test]
-fn values_have_rules() {
+fn invalid_values_are_refused() {
     let material =
         |change: fn(&mut Material)| places(|deck| deck.materials.values_mut().for_each(change));
     assert_eq!(material(|m| m.density = 0.0), ["materials.rock.density"]);
@@ -101,7 +101,7 @@ fn values_have_rules() {
 }
 
 #[test]
-fn conditions_have_rules() {
+fn invalid_conditions_are_refused() {
     let load = |change: fn(&mut Load)| places(|deck| change(&mut deck.load[0]));
     assert_eq!(load(|l| l.history = Some(History::Ramp(-1.0))), ["load[0].history.ramp"]);
     assert_eq!(load(|l| l.history = Some(History::Table(vec![]))), ["load[0].history.table"]);
@@ -122,7 +122,7 @@ fn conditions_have_rules() {
 }
 
 #[test]
-fn a_joint_has_one_stiffness() {
+fn joint_takes_one_kind_of_stiffness() {
     assert_eq!(joint(|j| j.thickness = 0.0), ["joints.seam.thickness"]);
     assert_eq!(joint(|j| j.thickness = -0.1), ["joints.seam.thickness"]);
     assert_eq!(joint(|j| j.material = None), ["joints.seam"]);
@@ -141,7 +141,7 @@ fn a_joint_has_one_stiffness() {
 }
 
 #[test]
-fn strengths_have_rules() {
+fn invalid_strengths_are_refused() {
     let one = |change: fn(&mut Joint)| {
         joint(|j| {
             (j.cohesion, j.friction, j.tension) = (Some(1e6), Some(30.0), Some(1e6));
@@ -173,7 +173,7 @@ fn strengths_have_rules() {
 
 /// The seam is of rock: k_n = 1.2 E/t = 2.16e12 Pa/m, k_s = 0.4 E/t = 7.2e11 Pa/m.
 #[test]
-fn softening_takes_more_energy_than_the_joint_holds_at_its_peak() {
+fn fracture_energy_below_peak_elastic_energy_is_refused() {
     let energies = |g: [f64; 2], change: fn(&mut Joint)| {
         joint(|j| {
             (j.cohesion, j.friction, j.tension) = (Some(2.4e6), Some(30.0), Some(1.2e6));
@@ -203,7 +203,7 @@ fn softening_takes_more_energy_than_the_joint_holds_at_its_peak() {
 }
 
 #[test]
-fn the_least_energy_is_said_with_four_digits_and_suffices() {
+fn least_fracture_energy_is_rounded_up_to_four_digits() {
     let mut deck = good();
     if let Some(seam) = deck.joints.get_mut("seam") {
         (seam.cohesion, seam.tension) = (Some(2.4e6), Some(1.2e6));
@@ -223,7 +223,7 @@ fn the_least_energy_is_said_with_four_digits_and_suffices() {
 }
 
 #[test]
-fn roughness_has_rules() {
+fn invalid_roughness_is_refused() {
     let one = |change: fn(&mut Joint)| {
         joint(|j| {
             (j.jrc, j.jcs, j.residual_friction) = (Some(10.0), Some(50e6), Some(30.0));
@@ -251,7 +251,7 @@ fn roughness_has_rules() {
 }
 
 #[test]
-fn stiffness_of_joints() {
+fn joint_stiffness_follows_from_its_material() {
     let materials = good().materials;
     let close = |joint: Joint, expected: [f64; 2]| {
         let found = joint.stiffness(&materials).unwrap_or_default();
@@ -284,7 +284,7 @@ fn stiffness_of_joints() {
 }
 
 #[test]
-fn any_strength_makes_a_joint_break() {
+fn any_strength_lets_joint_fail() {
     assert!(!Joint::default().breaks());
     let residual = Joint { residual_friction: Some(1.0), ..Joint::default() };
     assert!(!residual.breaks());
@@ -302,7 +302,7 @@ fn any_strength_makes_a_joint_break() {
 }
 
 #[test]
-fn the_nearest_name_is_said() {
+fn nearest_name_is_suggested() {
     let mut deck = good();
     deck.blocks[0].material = "rocks".into();
     let faults = check(&deck);

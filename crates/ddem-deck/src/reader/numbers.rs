@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_with_units_are_told_how_to_be_written() {
+    fn number_with_unit_suggests_plain_number() {
         for (text, number) in [
             ("20GPa", "2e10"),
             ("20 GPa", "2e10"),
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn words_end_at_signs() {
+    fn words_end_at_punctuation() {
         let text = "young = 20GPa # hard\norigin = [-.5, 0]";
         assert_eq!(word(text, 8), "20GPa");
         assert_eq!(word(text, text.find("-.5").unwrap_or_default()), "-.5");

@@ -16,7 +16,7 @@ mod tests {
     use super::shifted;
 
     #[test]
-    fn digits_are_not_rounded() {
+    fn decimal_products_are_exact() {
         assert_eq!(shifted(2.01, 9), 2.01e9);
         assert_ne!(2.01 * 1e9, 2.01e9);
     }

@@ -234,7 +234,7 @@ fn single_brackets() {
 }
 
 #[test]
-fn nothing_at_all() {
+fn empty_deck() {
     insta::assert_snapshot!(report(""));
 }
 
@@ -244,7 +244,7 @@ fn material_without_a_name() {
 }
 
 #[test]
-fn one_line_for_each_fault() {
+fn one_line_per_fault() {
     let deck = change("density = 2400", "density = -1\nyuong = 3");
     let error = ddem_deck::parse(&deck, "deck.toml").expect_err("an unknown key");
     insta::assert_snapshot!(error);
@@ -253,7 +253,7 @@ fn one_line_for_each_fault() {
 }
 
 #[test]
-fn very_many_faults_are_not_all_shown() {
+fn long_fault_lists_are_truncated() {
     let rows = "[0, nan], ".repeat(1000);
     let deck = change("[[0, 0], [0.01, 1.0]]", &format!("[{rows}]"));
     let (deck, source) = ddem_deck::parse(&deck, "deck.toml").expect("numbers");
@@ -263,17 +263,17 @@ fn very_many_faults_are_not_all_shown() {
 }
 
 #[test]
-fn a_file_that_is_not_there() {
+fn missing_deck_file_is_refused() {
     let error = ddem_deck::read("no such deck.toml".as_ref()).expect_err("no file");
-    let said = error.to_string();
-    assert!(said.starts_with("cannot read the deck `no such deck.toml`: "), "{said}");
-    assert!(said.ends_with("(a deck is a TOML file) [invalid-file]"), "{said}");
+    let message = error.to_string();
+    assert!(message.starts_with("cannot read the deck `no such deck.toml`: "), "{message}");
+    assert!(message.ends_with("(a deck is a TOML file) [invalid-file]"), "{message}");
     assert!(error.findings().is_empty());
 }
 
 /// The block of a probe point is known only after the blocks are built.
 #[test]
-fn a_stress_in_a_rigid_block() {
+fn stress_probe_in_rigid_block_is_refused() {
     let deck = |probe: &str| {
         format!(
             "[materials.rock]\ndensity = 2400\nyoung = 18e9\npoisson = 0.25\n\

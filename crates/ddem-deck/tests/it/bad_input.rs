@@ -201,7 +201,7 @@ fn value(deck: &Deck) -> Value {
 }
 
 #[test]
-fn one_wrong_value_anywhere() {
+fn one_invalid_value_never_panics() {
     let deck = rich();
     model(&deck);
     let good = value(&deck);
@@ -233,7 +233,7 @@ fn one_wrong_value_anywhere() {
 }
 
 #[test]
-fn two_wrong_values_anywhere() {
+fn two_invalid_values_never_panic() {
     let good = value(&rich());
     let mut paths = Vec::new();
     leaves(&good, &mut Vec::new(), &mut paths);
@@ -261,7 +261,7 @@ fn two_wrong_values_anywhere() {
 }
 
 #[test]
-fn a_deck_of_nothing() {
+fn empty_models_are_refused() {
     assert!(!try_deck(&Deck::default(), "empty"));
     let mut all_removed = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
     all_removed.remove.push(Remove::default());
@@ -276,7 +276,7 @@ fn a_deck_of_nothing() {
 
 /// Springs need no thickness; layers do.
 #[test]
-fn joints_without_thickness() {
+fn layer_joints_need_thickness_and_springs_do_not() {
     let mut flat = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.0);
     let places = flat.build().err().map(|error| error.faults[0].place.clone());
     assert_eq!(places.as_deref(), Some("joints.seam.thickness"));
@@ -285,7 +285,7 @@ fn joints_without_thickness() {
 }
 
 #[test]
-fn doubts_about_joints_that_fail() {
+fn warnings_about_failing_joints() {
     let mut deck = deck([3, 1, 1], [3.0, 1.0, 1.0], 1, 0.01);
     let strong = Joint {
         cohesion: Some(1e6),
@@ -341,8 +341,8 @@ fn rough() -> Joint {
 }
 
 #[test]
-fn doubts_about_supports_on_both_sides_of_a_joint() {
-    let glued = |joint: Joint, to: f64| {
+fn warnings_about_supports_on_both_sides_of_joint() {
+    let warns = |joint: Joint, to: f64| {
         let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.0);
         deck.joints.insert("seam".into(), joint);
         let z = Some(Extent::Range([0.0, to]));
@@ -352,16 +352,16 @@ fn doubts_about_supports_on_both_sides_of_a_joint() {
     };
     let weak = || Joint { tension: Some(1e6), ..spring() };
     // Without thickness, a range that ends at the joint includes both of its sides.
-    assert!(glued(weak(), 1.0));
-    assert!(!glued(weak(), 0.9));
-    assert!(!glued(spring(), 1.0), "it never fails");
-    assert!(!glued(spring_with_tension(), 1.0), "with thickness it has one side");
+    assert!(warns(weak(), 1.0));
+    assert!(!warns(weak(), 0.9));
+    assert!(!warns(spring(), 1.0), "it never fails");
+    assert!(!warns(spring_with_tension(), 1.0), "with thickness it has one side");
     // With both blocks fixed the joint cannot carry anything anyway.
-    assert!(!glued(weak(), 2.0));
+    assert!(!warns(weak(), 2.0));
 }
 
 #[test]
-fn doubts_about_units() {
+fn warnings_about_units() {
     let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.01);
     let stuff = Material { density: 2.4, young: 18.0, poisson: 0.25 };
     deck.materials.insert("light".into(), stuff);

@@ -45,7 +45,7 @@ fn wrong() -> Vec<String> {
 }
 
 #[test]
-fn messages_of_builds() {
+fn build_error_messages() {
     let mut messages = Vec::new();
     for text in wrong() {
         let (deck, _) = parse(&text, "deck.toml").unwrap_or_else(|error| panic!("{error}"));
@@ -57,7 +57,7 @@ fn messages_of_builds() {
 }
 
 #[test]
-fn messages_of_runs() {
+fn run_error_messages() {
     let moving = MovingBlock {
         set: "rock".to_owned(),
         block: 4,
@@ -122,7 +122,7 @@ fn messages_of_runs() {
 }
 
 #[test]
-fn messages_of_failures() {
+fn run_failure_messages() {
     let folder = || "out".into();
     let failures: [RunFailure; 14] = [
         DeckError::Unwritable { message: "a whole number of 2^63".to_owned() }.into(),

@@ -98,7 +98,7 @@ fn binary(triangles: &[[[f32; 3]; 3]], header: &str) -> Vec<u8> {
 
 /// The surface passes through the centroids of some blocks; these are inside.
 #[test]
-fn stl_in_text_and_in_binary() {
+fn text_and_binary_stl_select_same_blocks() {
     let folder = folder();
     let path = folder.path();
     let pit = cuboid([1.0, 0.0, 2.5], [3.0, 4.0, 4.0]);
@@ -114,7 +114,7 @@ fn stl_in_text_and_in_binary() {
 }
 
 #[test]
-fn what_is_no_closed_surface() {
+fn invalid_surfaces_are_refused() {
     let folder = folder();
     let path = folder.path();
     let mut open = cuboid([1.0; 3], [3.0; 3]);
@@ -145,7 +145,7 @@ fn what_is_no_closed_surface() {
 
 /// Heights of 2.1 in the west and 4.1 in the east.
 #[test]
-fn heights_as_csv_and_as_esri_grid() {
+fn csv_and_esri_heights_select_same_blocks() {
     let folder = folder();
     let path = folder.path();
     put(path, "plain.csv", "0,0,2.1\n4,0,4.1\n0,4,2.1\n4,4,4.1\n");
@@ -179,7 +179,7 @@ fn heights_as_csv_and_as_esri_grid() {
 }
 
 #[test]
-fn what_is_no_grid_of_heights() {
+fn invalid_height_grids_are_refused() {
     let folder = folder();
     let path = folder.path();
     let region = "above = { topography = 'ground' }";
@@ -216,7 +216,7 @@ fn what_is_no_grid_of_heights() {
 
 /// A run resumes only with the files with which it began.
 #[test]
-fn a_run_resumes_with_the_same_files() {
+fn run_resumes_only_with_same_files() {
     struct Nothing;
     impl ddem_io::run::Observer for Nothing {
         fn event(&mut self, _: ddem_io::run::Event<'_>) {}

@@ -43,7 +43,7 @@ fn written_decks_read_back_equal() {
 }
 
 #[test]
-fn places_are_found_in_the_text() {
+fn fault_places_are_located_in_the_text() {
     let (_, source) = parse(GOOD, "good.toml").unwrap();
     for (place, text) in [
         ("materials.rock.young", "18e9"),
@@ -85,7 +85,7 @@ fn dotted_keys_are_located() {
 
 /// Every number of the good deck is checked: none may be NaN or infinite.
 #[test]
-fn no_number_may_be_infinite() {
+fn infinite_and_nan_numbers_are_refused() {
     let mut changed = 0;
     for (start, end) in floats(GOOD) {
         for value in ["nan", "inf", "-inf"] {
@@ -127,7 +127,7 @@ fn floats(text: &str) -> Vec<(usize, usize)> {
 
 /// Any cut or insertion in a deck gives a deck or an error.
 #[test]
-fn no_text_stops_the_program() {
+fn arbitrary_text_never_panics() {
     let boundary = |at: &usize| GOOD.is_char_boundary(*at);
     for at in (0..GOOD.len()).filter(boundary) {
         report(&GOOD[..at]);
@@ -147,7 +147,7 @@ fn no_text_stops_the_program() {
 }
 
 #[test]
-fn the_schema_names_every_form() {
+fn schema_lists_every_form() {
     let schema = json_schema();
     let properties = schema["properties"].as_object().unwrap();
     assert_eq!(properties.len(), 17);

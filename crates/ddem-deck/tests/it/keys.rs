@@ -215,11 +215,11 @@ fn keys(table: &str) -> Vec<Key> {
     let required: Vec<&str> =
         definition["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     let all = definition["properties"].as_object().unwrap_or_else(|| panic!("no table {table}"));
-    let said = |schema: &Value| {
+    let is_allowed = |schema: &Value| {
         schema["description"].as_str().is_some_and(|text| !text.starts_with("Not allowed"))
     };
     all.iter()
-        .filter(|(name, schema)| said(schema) && (table != "Deck" || *name == "title"))
+        .filter(|(name, schema)| is_allowed(schema) && (table != "Deck" || *name == "title"))
         .map(|(name, schema)| Key::new(name, schema, required.contains(&name.as_str())))
         .collect()
 }
@@ -293,7 +293,7 @@ fn between(text: &str, (begin, end): (&str, &str), write: &dyn Fn(&str, &str) ->
 }
 
 #[test]
-fn tables_of_the_page() {
+fn deck_page_tables_match_schema() {
     let path = "docs/deck.md";
     let page = std::fs::read_to_string(root().join(path)).unwrap();
     let table = |words: &str, _: &str| {
@@ -306,7 +306,7 @@ fn tables_of_the_page() {
 }
 
 #[test]
-fn stubs() {
+fn python_stubs_match_schema() {
     let path = "crates/ddem-py/python/ddem/_ddem.pyi";
     let stub = std::fs::read_to_string(root().join(path)).unwrap();
     let arguments = |words: &str, indent: &str| {
@@ -322,7 +322,7 @@ fn stubs() {
 
 /// Parameters of the methods of a model, which `sections.rs` and `matter.rs` of `ddem-py` include.
 #[test]
-fn docstrings() {
+fn python_docstrings_match_schema() {
     for table in [
         "ModelTable",
         "Material",

@@ -50,7 +50,7 @@ fn table(page: &mut String, codes: impl Iterator<Item = (&'static str, &'static 
 
 /// Compares the page; `DDEM_DOCS=1 cargo test -p ddem-deck --test it lint` writes it.
 #[test]
-fn the_page_lists_all_rules() {
+fn lint_page_lists_all_rules() {
     let path = root().join("docs/diagnostics.md");
     if std::env::var_os("DDEM_DOCS").is_some() {
         std::fs::write(&path, page()).unwrap();
@@ -85,7 +85,7 @@ fn texts(folder: &Path, all: &mut String) {
 }
 
 #[test]
-fn every_code_has_a_test_of_its_message() {
+fn every_code_has_a_message_test() {
     let mut tests = String::new();
     texts(&root().join("crates"), &mut tests);
     let errors = ErrorCode::ALL.iter().map(|code| code.name());
@@ -99,7 +99,7 @@ fn every_code_has_a_test_of_its_message() {
 }
 
 #[test]
-fn a_deck_silences_a_rule() {
+fn deck_can_silence_a_rule() {
     let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
     deck.model.gravity = [0.0, 0.0, 9.81];
     let codes = |deck: &Deck| {
@@ -240,7 +240,7 @@ fn broken() -> Vec<String> {
 }
 
 #[test]
-fn messages_of_rules() {
+fn rule_messages() {
     let mut messages = Vec::new();
     for text in broken() {
         let read =

@@ -9,18 +9,18 @@ mod files;
 mod good_decks;
 mod keys;
 mod lint;
-mod places;
+mod regions;
 mod selection;
 mod sets;
 mod warnings;
 
 // Modules shared with the tests of the method, which use more of them.
 #[allow(dead_code)]
+#[path = "../../../ddem-core/tests/it/cavities.rs"]
+mod cavities;
+#[allow(dead_code)]
 #[path = "../../../ddem-core/tests/it/decks.rs"]
 mod decks;
-#[allow(dead_code)]
-#[path = "../../../ddem-core/tests/it/hollows.rs"]
-mod hollows;
 
 /// Deck with every key of this version.
 const GOOD: &str = include_str!("decks/good.toml");

@@ -11,7 +11,7 @@ fn range(axis: usize, from: f64, to: f64) -> Where {
 }
 
 #[test]
-fn a_plane_in_a_gap_selects_both_sides() {
+fn plane_in_gap_selects_both_sides() {
     let model = model(&deck([2, 2, 1], [4.0, 2.0, 1.0], 2, 0.02));
     // 3 × 3 nodes of a face, two blocks along y, both sides.
     for x in [1.995, 2.0, 2.005] {
@@ -33,7 +33,7 @@ fn a_plane_in_a_gap_selects_both_sides() {
 }
 
 #[test]
-fn nodes_are_sorted_and_those_of_a_search_by_hand() {
+fn selected_nodes_equal_brute_force_search() {
     let model = model(&with_axes(deck([3, 2, 2], [3.0, 2.0, 2.0], 2, 0.05), OBLIQUE));
     let ball = Sphere { centre: [1.5, 1.0, 1.0], radius: 0.9 };
     let regions = [
@@ -72,7 +72,7 @@ fn ranges_include_their_ends() {
 }
 
 #[test]
-fn a_set_selects_its_own_blocks() {
+fn set_selects_its_own_blocks() {
     let mut deck = deck([1; 3], [1.0; 3], 2, 0.0);
     deck.joints.clear();
     deck.blocks[0].joint = None;
@@ -95,7 +95,7 @@ fn a_set_selects_its_own_blocks() {
 }
 
 #[test]
-fn the_nearest_node_is_the_lower_on_a_tie() {
+fn nearest_node_is_lowest_on_tie() {
     let model = model(&deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.02));
     assert_eq!(model.point(model.nearest_node([-5.0, -5.0, -5.0])), [0.0; 3]);
     // Block 0 has the nodes 0…7; the point lies in the middle of the gap.
@@ -106,7 +106,7 @@ fn the_nearest_node_is_the_lower_on_a_tie() {
 /// The nearest node equals that of a search over all nodes, for two oblique sets with a hole. Among
 /// equally near nodes it belongs to a block that remains, and has the lowest number.
 #[test]
-fn the_nearest_node_is_found_among_all() {
+fn nearest_node_equals_brute_force_search() {
     let mut deck = deck([3, 4, 2], [3.0, 2.0, 1.0], 2, 0.02);
     deck.blocks[0].axes = [[1.0, 0.2, 0.0], [-0.4, 1.0, 0.1], [0.1, 0.0, 1.0]];
     deck.blocks.push(BlockSet { origin: [6.0, -1.0, 0.4], ..deck.blocks[0].clone() });
@@ -145,7 +145,7 @@ fn the_nearest_node_is_found_among_all() {
 
 /// The element at a point belongs to the block that contains the point, whichever node is nearest.
 #[test]
-fn an_element_is_the_one_that_a_point_lies_in() {
+fn point_selects_element_of_containing_block() {
     let mut deck = deck([1; 3], [1.0; 3], 2, 0.0);
     deck.joints.clear();
     deck.blocks[0].joint = None;
@@ -165,7 +165,7 @@ fn an_element_is_the_one_that_a_point_lies_in() {
 
 /// The error of an empty selection names the nearest item and its place.
 #[test]
-fn a_selection_of_nothing_says_what_is_nearest() {
+fn empty_selection_names_nearest_item() {
     let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.0);
     deck.blocks[0].body = ddem_deck::Body::Rigid;
     let seam = deck.joints.values_mut().next();
@@ -197,7 +197,7 @@ fn a_selection_of_nothing_says_what_is_nearest() {
 }
 
 #[test]
-fn charges_push_the_joints_of_a_search_by_hand() {
+fn charge_joints_equal_brute_force_search() {
     let ball = |centre: [f64; 3], radius: f64| Where {
         sphere: Some(Sphere { centre, radius }),
         ..Where::default()

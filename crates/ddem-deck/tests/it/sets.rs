@@ -24,7 +24,7 @@ fn faults(deck: &Deck) -> Vec<Fault> {
 }
 
 #[test]
-fn blocks_that_overlap_are_named() {
+fn overlapping_blocks_are_named() {
     let faults = faults(&row_and_top([1.5, 0.0, 0.9], 0.01));
     assert_eq!(faults.len(), 1);
     assert_eq!(faults[0].place, "blocks[1].origin");
@@ -48,7 +48,7 @@ fn blocks_that_overlap_are_named() {
 /// Blocks may overlap by the thickness of their joints: where three sets meet, planes with and
 /// without a joint cannot all match.
 #[test]
-fn an_overlap_within_the_joints_is_none() {
+fn overlap_within_joint_thickness_is_allowed() {
     let found =
         |depth: f64, thickness: f64| faults(&row_and_top([1.5, 0.0, 1.0 - depth], thickness)).len();
     assert_eq!(found(0.0, 0.01), 0);
@@ -71,7 +71,7 @@ fn an_overlap_within_the_joints_is_none() {
 }
 
 #[test]
-fn a_set_may_fill_what_was_removed_from_another() {
+fn set_may_fill_removed_blocks_of_another() {
     let mut deck = deck([3, 3, 3], [3.0, 3.0, 3.0], 1, 0.01);
     deck.blocks.push(BlockSet {
         origin: [1.0; 3],
@@ -95,7 +95,7 @@ fn a_set_may_fill_what_was_removed_from_another() {
 /// The neighbour search finds the same overlaps of oblique and rotated sets as a search over all
 /// blocks.
 #[test]
-fn the_search_finds_what_looking_at_all_finds() {
+fn overlaps_equal_brute_force_search() {
     let mut random = Random::new(7);
     let (mut overlapping, mut apart) = (0, 0);
     for _ in 0..60 {
@@ -140,7 +140,7 @@ fn the_search_finds_what_looking_at_all_finds() {
 
 /// Many sets and large sets are checked quickly.
 #[test]
-fn large_and_many_sets_are_compared_quickly() {
+fn large_and_many_sets_are_checked_quickly() {
     let mut deck = deck([60, 60, 30], [60.0, 60.0, 30.0], 1, 0.01);
     deck.blocks.push(BlockSet { origin: [0.5, 0.5, 30.0], ..deck.blocks[0].clone() });
     assert_eq!(faults(&deck), []);
@@ -155,7 +155,7 @@ fn large_and_many_sets_are_compared_quickly() {
 }
 
 #[test]
-fn sets_that_touch_are_warned_of_where_no_contacts_are_found() {
+fn touching_sets_without_contacts_warn() {
     let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
     // With a joint on both sides the sets are joined.
     deck.model.contact = Some(false);
@@ -174,7 +174,7 @@ fn sets_that_touch_are_warned_of_where_no_contacts_are_found() {
 }
 
 #[test]
-fn what_is_said_of_contacts_that_are_not_found_has_no_effect() {
+fn contact_keys_without_search_warn() {
     let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
     deck.contact.friction = Some(20.0);
     let start = |deck: &Deck| {
@@ -195,24 +195,24 @@ fn what_is_said_of_contacts_that_are_not_found_has_no_effect() {
 
 /// Contacts of a given stiffness between cubes of rock under their weight.
 #[test]
-fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
-    let said = |change: &dyn Fn(&mut Deck)| {
+fn contacts_much_stiffer_or_softer_than_blocks_warn() {
+    let message = |change: &dyn Fn(&mut Deck)| {
         let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
         deck.model.gravity = [0.0, 0.0, -9.81];
         deck.fix = vec![fix(plane(2, 0.0), "xyz")];
         change(&mut deck);
         crate::decks::warnings(&deck)
     };
-    assert_eq!(said(&|_| ()), [""; 0]);
+    assert_eq!(message(&|_| ()), [""; 0]);
     for (normal, shear) in [(1e10, 1e10), (1e12, 1e12), (1e9, 1e8)] {
         let given = |deck: &mut Deck| {
             (deck.contact.normal_stiffness, deck.contact.shear_stiffness) =
                 (Some(normal), Some(shear));
         };
-        assert_eq!(said(&given), [""; 0], "{normal} {shear}");
+        assert_eq!(message(&given), [""; 0], "{normal} {shear}");
     }
     for body in [Body::Rigid, Body::Deformable] {
-        let warnings = said(&|deck| {
+        let warnings = message(&|deck| {
             deck.blocks.iter_mut().for_each(|set| set.body = body);
             deck.contact.normal_stiffness = Some(1e18);
         });
@@ -222,14 +222,14 @@ fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
         assert!(warnings[0].starts_with(start), "{}", warnings[0]);
         assert!(warnings[0].contains("it limits the time step to "), "{}", warnings[0]);
     }
-    let across = said(&|deck| deck.contact.shear_stiffness = Some(1e16));
+    let across = message(&|deck| deck.contact.shear_stiffness = Some(1e16));
     assert_eq!(across.len(), 1);
     assert!(across[0].starts_with("contact.shear_stiffness: 1e16 Pa/m is "), "{across:?}");
-    let soft = said(&|deck| deck.contact.normal_stiffness = Some(3e6));
+    let soft = message(&|deck| deck.contact.normal_stiffness = Some(3e6));
     println!("{soft:#?}");
     assert_eq!(soft.len(), 1);
     assert!(soft[0].contains("blocks in contact sink into each other"), "{soft:?}");
-    let sinks = said(&|deck| deck.contact.normal_stiffness = Some(1e5));
+    let sinks = message(&|deck| deck.contact.normal_stiffness = Some(1e5));
     assert_eq!(
         sinks,
         [
@@ -238,7 +238,7 @@ fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
         ]
     );
     // Without contacts the only warning is that there are none.
-    let none = said(&|deck| {
+    let none = message(&|deck| {
         deck.model.contact = Some(false);
         deck.contact.normal_stiffness = Some(1e18);
     });
@@ -246,7 +246,7 @@ fn contacts_far_stiffer_or_softer_than_the_blocks_are_warned_of() {
 }
 
 #[test]
-fn which_blocks_are_rigid() {
+fn rigid_sets_have_rigid_blocks() {
     let mut deck = row_and_top([1.5, 0.0, 1.0], 0.01);
     deck.blocks[1].body = Body::Rigid;
     let model = model(&deck);

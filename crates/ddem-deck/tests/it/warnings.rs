@@ -2,8 +2,8 @@
 
 use ddem_deck::*;
 
+use crate::cavities::*;
 use crate::decks::*;
-use crate::hollows::*;
 
 fn within(from: [f64; 3], to: [f64; 3]) -> Where {
     let [x, y, z] = [0, 1, 2].map(|k| Some(Extent::Range([from[k], to[k]])));
@@ -43,7 +43,7 @@ fn faults(deck: &Deck) -> String {
 /// Values computed by hand: 500 kg of TNT in two cubic metres. The detonation pressure is 1630 ·
 /// 6930²/(2 · 3.727) = 10.5016 GPa, and the gas has expanded 2 · 1630/500 = 6.52 times.
 #[test]
-fn charges_have_walls_volumes_and_pressures() {
+fn charge_data_match_hand_calculation() {
     let mut deck = boxes(&[[1.0; 3], [2.0, 1.0, 1.0]]);
     deck.charge = vec![
         tnt(within([0.9; 3], [3.1, 2.1, 2.1]), 500.0),
@@ -51,8 +51,8 @@ fn charges_have_walls_volumes_and_pressures() {
     ];
     let model_of = |deck: &Deck| {
         let model = model(deck);
-        let said = crate::decks::warnings(deck);
-        assert!(said.iter().all(|said| said.contains("[shared-cavity]")), "{said:?}");
+        let message = crate::decks::warnings(deck);
+        assert!(message.iter().all(|message| message.contains("[shared-cavity]")), "{message:?}");
         model.charges()
     };
     let [mass, pressure]: [_; 2] =
@@ -75,14 +75,14 @@ fn charges_have_walls_volumes_and_pressures() {
 }
 
 #[test]
-fn a_charge_is_warned_of_whose_hole_was_forgotten() {
+fn charge_without_cavity_warns() {
     let mut deck = boxes(&[]);
     let line = Cylinder { from: [1.5, 1.5, 0.0], to: [1.5, 1.5, 4.0], radius: 0.2 };
     let hole = Where { cylinder: Some(line), ..Where::default() };
     deck.charge = vec![tnt(hole.clone(), 1.0)];
-    let said = one_of(&deck, "[missing-remove]");
-    assert!(said.contains("the charge acts on 3 joints"), "{said}");
-    assert!(said.contains("a block at [1.5, 1.5, 0.5]"), "{said}");
+    let message = one_of(&deck, "[missing-remove]");
+    assert!(message.contains("the charge acts on 3 joints"), "{message}");
+    assert!(message.contains("a block at [1.5, 1.5, 0.5]"), "{message}");
     let reaches = Cylinder { radius: 0.6, ..line };
     deck.charge = vec![tnt(Where { cylinder: Some(reaches), ..Where::default() }, 1.0)];
     assert!(one_of(&deck, "[missing-remove]").contains("a block at [1.5, 1.5, 0.5]"));
@@ -102,13 +102,13 @@ fn a_charge_is_warned_of_whose_hole_was_forgotten() {
 }
 
 #[test]
-fn a_charge_that_hardly_pushes_is_warned_of() {
+fn ineffective_charge_warns() {
     let mut deck = boxes(&[[1.0; 3]]);
     let region = ball([1.5; 3], 0.7);
     // In a cubic metre 10.5016e9 (m/1630)^2.727 is 0.1 MPa at 23.5 kg.
     deck.charge = vec![tnt(region.clone(), 23.0)];
-    let said = one_of(&deck, "[weak-charge]");
-    assert!(said.starts_with("charge[0].mass: 23 kg of explosive begin with 9.4"), "{said}");
+    let message = one_of(&deck, "[weak-charge]");
+    assert!(message.starts_with("charge[0].mass: 23 kg of explosive begin with 9.4"), "{message}");
     deck.charge = vec![tnt(region.clone(), 24.0)];
     assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     deck.charge = vec![gas(region, 1e4)];
@@ -116,38 +116,38 @@ fn a_charge_that_hardly_pushes_is_warned_of() {
 }
 
 #[test]
-fn a_blast_in_statics_is_warned_of() {
+fn blast_in_relax_stage_warns() {
     let mut deck = boxes(&[[1.0; 3]]);
     deck.fix = vec![fix(plane(2, 0.0), "xyz")];
     deck.stage = vec![relax_stage("weight"), dynamic("blast", 0.1), relax_stage("rest")];
     let region = ball([1.5; 3], 0.7);
-    let said = |charge: &Charge| {
+    let message = |charge: &Charge| {
         let deck = Deck { charge: vec![charge.clone()], ..deck.clone() };
         crate::decks::warnings(&deck).join("\n")
     };
     let charge = tnt(region.clone(), 500.0);
-    let warned = said(&charge);
+    let warned = message(&charge);
     assert!(warned.contains("in relax stage `weight`; `from`"), "{warned}");
     let strong = gas(region.clone(), 2e8);
-    assert!(said(&strong).contains("the charge exerts 2.000e8 Pa"), "{}", said(&strong));
+    assert!(message(&strong).contains("the charge exerts 2.000e8 Pa"), "{}", message(&strong));
     let from = Some("blast".to_owned());
-    assert_eq!(said(&Charge { from, ..charge.clone() }), "");
-    assert_eq!(said(&Charge { delay: Some(0.05), ..charge.clone() }), "");
+    assert_eq!(message(&Charge { from, ..charge.clone() }), "");
+    assert_eq!(message(&Charge { delay: Some(0.05), ..charge.clone() }), "");
     // The charge has detonated before that stage.
     let again = vec![dynamic("blast", 0.1), relax_stage("rest"), dynamic("more", 0.1)];
     let later = Deck { charge: vec![charge.clone()], stage: again, ..deck.clone() };
     assert_eq!(crate::decks::warnings(&later), [""; 0]);
     let pulse = History::Triangle(Triangle { rise: 1e-4, fall: Some(1e-4), duration: None });
-    assert_eq!(said(&given(region.clone(), 2e8, pulse)), "");
+    assert_eq!(message(&given(region.clone(), 2e8, pulse)), "");
     // Stored gas.
-    assert_eq!(said(&gas(region, 1e7)), "");
+    assert_eq!(message(&gas(region, 1e7)), "");
     // No motion follows, so an equilibrium is intended.
     let still = Deck { charge: vec![charge], stage: vec![relax_stage("weight")], ..deck.clone() };
     assert_eq!(crate::decks::warnings(&still), [""; 0]);
 }
 
 #[test]
-fn stemming_of_another_set_is_warned_of() {
+fn stemming_of_another_set_warns() {
     let mut deck = boxes(&[[1.0, 1.0, 1.0], [1.0, 1.0, 2.0]]);
     deck.charge = vec![gas(within([0.9; 3], [2.1, 2.1, 3.1]), 1e6)];
     assert_eq!(crate::decks::warnings(&deck), [""; 0]);
@@ -161,9 +161,9 @@ fn stemming_of_another_set_is_warned_of() {
         joint: None,
         ..deck.blocks[0].clone()
     });
-    let said = one_of(&deck, "[blocks-in-cavity]");
-    assert!(said.starts_with("charge[0].where: 1 blocks of set `stemming`"), "{said}");
-    assert!(said.contains("at [1.5, 1.5, 2.5]"), "{said}");
+    let message = one_of(&deck, "[blocks-in-cavity]");
+    assert!(message.starts_with("charge[0].where: 1 blocks of set `stemming`"), "{message}");
+    assert!(message.contains("at [1.5, 1.5, 2.5]"), "{message}");
     // Many small blocks, oblique to the cavity, are counted one by one.
     deck.blocks[1] = BlockSet {
         origin: [1.45, 1.15, 2.2],
@@ -173,25 +173,25 @@ fn stemming_of_another_set_is_warned_of() {
         joint: deck.blocks[0].joint.clone(),
         ..deck.blocks[1].clone()
     };
-    let said = one_of(&deck, "[blocks-in-cavity]");
-    assert!(said.starts_with("charge[0].where: 27 blocks of set `stemming`"), "{said}");
+    let message = one_of(&deck, "[blocks-in-cavity]");
+    assert!(message.starts_with("charge[0].where: 27 blocks of set `stemming`"), "{message}");
     let set = Some("stemming".to_owned());
     deck.remove.push(Remove {
         region: Where { set, ..ball([1.47, 1.29, 2.3], 0.02) },
         ..Remove::default()
     });
-    let said = one_of(&deck, "[blocks-in-cavity]");
-    assert!(said.starts_with("charge[0].where: 26 blocks of set `stemming`"), "{said}");
+    let message = one_of(&deck, "[blocks-in-cavity]");
+    assert!(message.starts_with("charge[0].where: 26 blocks of set `stemming`"), "{message}");
 }
 
 /// The warning names the end of a cavity: no block, blocks of another set or of another size, and
 /// the place.
 #[test]
-fn it_is_said_where_a_cavity_ends_and_at_what() {
+fn cavity_warning_names_where_it_ends() {
     let mut deck = boxes(&[[1.0, 1.0, 3.0]]);
     deck.charge = vec![gas(within([0.9, 0.9, 2.9], [2.1, 2.1, 4.1]), 1e6)];
-    let said = one_of(&deck, "charge[0]");
-    assert!(said.contains("open to the outside at [1.5, 1.5, 4]"), "{said}");
+    let message = one_of(&deck, "charge[0]");
+    assert!(message.contains("open to the outside at [1.5, 1.5, 4]"), "{message}");
     let mut lid = deck.clone();
     lid.blocks.push(BlockSet {
         name: Some("lid".into()),
@@ -200,37 +200,37 @@ fn it_is_said_where_a_cavity_ends_and_at_what() {
         count: Some([2, 2, 1]),
         ..deck.blocks[0].clone()
     });
-    let said = one_of(&lid, "charge[0]");
-    assert!(said.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"), "{said}");
-    assert!(!said.contains("open"), "{said}");
+    let message = one_of(&lid, "charge[0]");
+    assert!(message.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"), "{message}");
+    assert!(!message.contains("open"), "{message}");
     // A gap like that of a joint, and a larger one.
     for (seam, closed) in [(4e-3, true), (0.04, true), (0.2, false)] {
         lid.blocks[1].origin[2] = 4.0 + seam;
-        let said = one_of(&lid, "charge[0]");
+        let message = one_of(&lid, "charge[0]");
         assert_eq!(
-            said.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"),
+            message.contains("borders on blocks of set `lid` at [1.5, 1.5, 4]"),
             closed,
-            "{said}"
+            "{message}"
         );
-        assert_eq!(said.contains("open to the outside"), !closed, "{said}");
+        assert_eq!(message.contains("open to the outside"), !closed, "{message}");
     }
     // Finer blocks below the cavity, and then a hole among them.
     let mut split = boxes(&[[1.0; 3]]);
     split.refine = vec![Refine { region: within([0.0; 3], [4.0, 4.0, 1.0]), factor: 2 }];
     split.charge = vec![gas(within([0.9; 3], [2.1; 3]), 1e6)];
-    let said = one_of(&split, "charge[0]");
-    assert!(said.contains("splits in another way, at [1.5, 1.5, 1]"), "{said}");
+    let message = one_of(&split, "charge[0]");
+    assert!(message.contains("splits in another way, at [1.5, 1.5, 1]"), "{message}");
     split
         .remove
         .push(Remove { region: within([1.0, 1.0, 0.5], [2.0, 2.0, 1.0]), ..Remove::default() });
-    let said = one_of(&split, "charge[0]");
-    assert!(said.contains("continues at [1.5, 1.5, 1] among blocks"), "{said}");
+    let message = one_of(&split, "charge[0]");
+    assert!(message.contains("continues at [1.5, 1.5, 1] among blocks"), "{message}");
 }
 
 /// The displacement of a single wall is measured from its own start; the mean over all walls would
 /// be its own displacement.
 #[test]
-fn gas_behind_a_single_wall_gets_out() {
+fn gas_behind_single_wall_vents() {
     let mut deck = boxes(&[[1.0; 3]]);
     deck.charge = vec![given(within([1.9, 1.1, 1.1], [2.1, 1.9, 1.9]), 1e6, History::Ramp(0.0))];
     let mut simulation = simulation(&deck);
@@ -244,11 +244,11 @@ fn gas_behind_a_single_wall_gets_out() {
 }
 
 #[test]
-fn a_release_that_has_no_end_or_no_effect_is_warned_of() {
+fn release_without_end_or_effect_warns() {
     let mut deck = deck([1, 1, 4], [1.0, 1.0, 4.0], 1, 0.02);
     deck.fix = vec![fix(plane(2, 0.0), "xyz")];
     let (region, from) = (within([0.0, 0.0, 2.0], [1.0, 1.0, 4.0]), Some("dig".to_owned()));
-    let mut said = |release: f64, stages: Vec<Stage>| {
+    let mut message = |release: f64, stages: Vec<Stage>| {
         let release = Some(release);
         deck.remove =
             vec![Remove { region: region.clone(), from: from.clone(), release, until: None }];
@@ -257,32 +257,34 @@ fn a_release_that_has_no_end_or_no_effect_is_warned_of() {
         crate::decks::warnings(&deck).join("\n")
     };
     let slow = || vec![dynamic("dig", 0.3), dynamic("on", 0.2)];
-    assert_eq!(said(0.5, slow()), "");
+    assert_eq!(message(0.5, slow()), "");
     assert_eq!(
-        said(2.0, slow()),
+        message(2.0, slow()),
         "remove[0].release: `release` takes 2 s, but the dynamic stages from `dig` on take 0.5 s: 75 % of the \
          forces are never released [unfinished-release]"
     );
     let ended = [slow(), vec![relax_stage("rest")]].concat();
-    assert!(said(1.0, ended).contains("50 % of the forces vanish at once in relax stage `rest`"));
+    assert!(
+        message(1.0, ended).contains("50 % of the forces vanish at once in relax stage `rest`")
+    );
     let still = |increments: Option<u32>| Stage { increments, ..relax_stage("dig") };
-    assert!(said(1.0, vec![still(None)]).contains("relax stage `dig` has one increment"));
-    assert_eq!(said(1.0, vec![still(Some(5))]), "");
-    assert_eq!(said(0.0, vec![still(None)]), "");
+    assert!(message(1.0, vec![still(None)]).contains("relax stage `dig` has one increment"));
+    assert_eq!(message(1.0, vec![still(Some(5))]), "");
+    assert_eq!(message(0.0, vec![still(None)]), "");
 }
 
 #[test]
-fn where_nothing_is_selected_the_nearest_is_said() {
+fn empty_selection_names_nearest_item() {
     let plain = boxes(&[[3.0; 3]]);
     let beyond = within([3.6, 3.6, 3.6], [9.0; 3]);
     let mut deck = plain.clone();
     deck.stage = vec![relax_stage("weight"), relax_stage("dig")];
     let from = Some("dig".to_owned());
     deck.remove.push(Remove { region: beyond.clone(), from, ..Remove::default() });
-    let said = faults(&deck);
-    assert!(said.contains("remove[1].where") && said.contains("no block there"), "{said}");
+    let message = faults(&deck);
+    assert!(message.contains("remove[1].where") && message.contains("no block there"), "{message}");
     // The block at [3.5, 3.5, 3.5] has been removed, so the nearest is one of those beside it.
-    assert!(said.contains("that of the nearest is at [3.5, 3.5, 2.5]"), "{said}");
+    assert!(message.contains("that of the nearest is at [3.5, 3.5, 2.5]"), "{message}");
     let beyond = within([3.6, 3.6, 2.1], [9.0, 9.0, 2.45]);
     let assign = |joint: bool, material: bool| {
         let name = |wanted: bool, name: &str| wanted.then(|| name.to_owned());
@@ -290,22 +292,22 @@ fn where_nothing_is_selected_the_nearest_is_said() {
         let entry = Assign { region: beyond.clone(), joint, material, ..Assign::default() };
         faults(&Deck { assign: vec![entry], ..plain.clone() })
     };
-    let said = assign(false, true);
+    let message = assign(false, true);
     assert!(
-        said.contains("no block there") && said.contains("nearest is at [3.5, 3.5, 2.5]"),
-        "{said}"
+        message.contains("no block there") && message.contains("nearest is at [3.5, 3.5, 2.5]"),
+        "{message}"
     );
-    let said = assign(true, false);
+    let message = assign(true, false);
     assert!(
-        said.contains("no joint there") && said.contains("joints count by their centre"),
-        "{said}"
+        message.contains("no joint there") && message.contains("joints count by their centre"),
+        "{message}"
     );
-    assert!(said.contains("that of the nearest is at [3.5, 3.5, 2]"), "{said}");
+    assert!(message.contains("that of the nearest is at [3.5, 3.5, 2]"), "{message}");
     assert!(assign(true, true).contains("no joint and no block there"));
 }
 
 #[test]
-fn a_probe_where_nothing_is_is_warned_of() {
+fn probe_outside_blocks_warns() {
     let mut deck = boxes(&[]);
     let probe = |at: [f64; 3]| Probe { name: "top".into(), at: Some(at), ..Probe::default() };
     deck.probe = vec![probe([4.0, 4.0, 4.9])];
@@ -322,41 +324,43 @@ fn a_probe_where_nothing_is_is_warned_of() {
 }
 
 #[test]
-fn two_charges_in_one_cavity_are_not_one() {
+fn two_charges_in_one_cavity_warn() {
     let mut deck = boxes(&[[1.0; 3], [3.0; 3]]);
     let hole = |at: f64| ball([at + 0.5; 3], 0.7);
     deck.charge = vec![tnt(hole(1.0), 500.0), tnt(hole(3.0), 500.0)];
     let alone = crate::decks::warnings(&deck);
-    assert!(!alone.iter().any(|said| said.contains("[shared-cavity]")), "{alone:?}");
+    assert!(!alone.iter().any(|message| message.contains("[shared-cavity]")), "{alone:?}");
     deck.charge.push(Charge { delay: Some(1e-3), ..tnt(hole(1.0), 500.0) });
     assert!(one_of(&deck, "[shared-cavity]").contains("charges 0 and 2"));
     deck.charge[2].until = Some("later".into());
     deck.stage = vec![dynamic("blast", 0.01), dynamic("later", 0.01)];
-    assert!(!crate::decks::warnings(&deck).iter().any(|said| said.contains("[shared-cavity]")));
+    assert!(
+        !crate::decks::warnings(&deck).iter().any(|message| message.contains("[shared-cavity]"))
+    );
 }
 
 #[test]
-fn a_hole_among_blocks_that_are_split_otherwise_is_named() {
+fn cavity_among_differently_split_blocks_is_named() {
     let mut deck = boxes(&[]);
     deck.refine.push(Refine { region: within([1.0; 3], [2.0; 3]), factor: 2 });
     let region = within([1.0; 3], [2.0; 3]);
     deck.remove.push(Remove { region: region.clone(), ..Remove::default() });
     deck.charge.push(tnt(region, 100.0));
-    let said = faults(&deck);
-    assert!(said.contains("there is a cavity") && said.contains("a block more"), "{said}");
+    let message = faults(&deck);
+    assert!(message.contains("there is a cavity") && message.contains("a block more"), "{message}");
     deck.refine[0].factor = 100;
     deck.joints.insert("seam".into(), Joint { thickness: 0.02, ..deck.joints["seam"].clone() });
-    let said = faults(&deck);
-    assert!(said.contains("refine[0].factor"), "{said}");
+    let message = faults(&deck);
+    assert!(message.contains("refine[0].factor"), "{message}");
 }
 
 #[test]
-fn a_set_that_is_taken_out_as_a_whole_is_named() {
+fn removed_whole_set_warns() {
     let mut deck = boxes(&[]);
     let lining =
         BlockSet { name: Some("lining".into()), origin: [9.0; 3], ..deck.blocks[0].clone() };
     deck.blocks.push(lining);
-    assert!(!crate::decks::warnings(&deck).iter().any(|said| said.contains("[empty-set]")));
+    assert!(!crate::decks::warnings(&deck).iter().any(|message| message.contains("[empty-set]")));
     deck.remove.push(Remove { region: within([8.0; 3], [20.0; 3]), ..Remove::default() });
     assert!(one_of(&deck, "[empty-set]").contains("all blocks of set `lining`"));
 }
@@ -364,7 +368,7 @@ fn a_set_that_is_taken_out_as_a_whole_is_named() {
 /// A support normal to a non-reflecting side is reported. A base with an incoming wave may have
 /// such a support.
 #[test]
-fn boundaries_that_are_held_across_are_named() {
+fn support_normal_to_boundary_is_named() {
     let mut deck = boxes(&[]);
     let side = Boundary {
         region: plane(0, 0.0),
@@ -375,7 +379,7 @@ fn boundaries_that_are_held_across_are_named() {
         until: None,
     };
     let held = |deck: &Deck| {
-        crate::decks::warnings(deck).iter().any(|said| said.contains("[reflecting-boundary]"))
+        crate::decks::warnings(deck).iter().any(|message| message.contains("[reflecting-boundary]"))
     };
     deck.boundary.push(side.clone());
     deck.fix.push(fix(plane(0, 0.0), "y"));

@@ -139,7 +139,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn trials_of_a_search_are_known() {
+    fn safety_search_has_known_number_of_trials() {
         // Each two trials leave a third of the logarithm: ln 3 / 3⁶ is below 0.005 / 3, ln 3.75 /
         // 3⁶ above.
         for (bracket, expected) in [([1.0, 3.0], 14), ([0.8, 3.0], 16), ([1.0, 1.004], 2)] {

@@ -21,7 +21,7 @@ fn deck() -> Deck {
 }
 
 #[test]
-fn energy_that_is_lost_is_a_warning() {
+fn energy_loss_warns() {
     let energy = |balance: f64, contact: f64| Energy {
         balance,
         contact,
@@ -43,7 +43,7 @@ fn energy_that_is_lost_is_a_warning() {
 }
 
 #[test]
-fn searches_say_why_a_factor_may_be_another_one() {
+fn doubtful_factors_of_safety_warn() {
     let trial = |factor: f64, verdict: Verdict| SafetyTrial { factor, verdict, steps: 40 };
     let stage = Stage { name: "safety".into(), kind: StageKind::Safety, ..Stage::default() };
     let mut simulation = ddem_core::Simulation::new(deck().build().unwrap());

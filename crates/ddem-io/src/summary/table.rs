@@ -255,7 +255,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn quantities_have_the_prefix_of_their_size() {
+    fn quantities_have_si_prefixes() {
         let shown = |values: &[f64], unit: &str| -> Vec<String> {
             values.iter().map(|&value| quantity(value, unit)).collect()
         };
@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn energies_that_are_not_there_are_left_out() {
+    fn absent_energies_are_omitted() {
         let none = Energy::default();
         assert_eq!(energy(&none), "none");
         let some = Energy { kinetic: 2.0, largest: 2.0, ..none };

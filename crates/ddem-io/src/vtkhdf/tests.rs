@@ -51,7 +51,7 @@ fn assert_steps(path: &std::path::Path, steps: &[usize]) {
 }
 
 #[test]
-fn what_was_written_is_read() {
+fn written_values_are_read_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let block = Constant { name: "block", location: Location::Cell, values: &[7, -8] };
@@ -103,7 +103,7 @@ fn reopening_needs_the_same_fields_and_enough_steps() {
 
 /// A viewer holds a lock while it reads; the run continues.
 #[test]
-fn a_locked_file_is_written_all_the_same() {
+fn locked_file_is_still_written() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
@@ -118,7 +118,7 @@ fn a_locked_file_is_written_all_the_same() {
 }
 
 #[test]
-fn points_beside_those_of_the_mesh_are_refused_and_leave_no_trace() {
+fn points_outside_mesh_are_refused_without_trace() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &[FieldSpec::point("u", 1)]).unwrap();
@@ -204,7 +204,7 @@ fn assert_clouds(path: &std::path::Path, steps: &[usize]) {
 }
 
 #[test]
-fn clouds_have_other_points_at_each_step() {
+fn clouds_may_change_points_each_step() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create_cloud(&path, &cloud_fields()).unwrap();
@@ -230,7 +230,7 @@ fn clouds_have_other_points_at_each_step() {
 
 /// Steps and pieces that end within a chunk.
 #[test]
-fn pieces_are_whole_chunks_and_make_the_whole() {
+fn pieces_are_whole_chunks_and_cover_the_field() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let n = 200_001;

@@ -72,7 +72,7 @@ const fn face(direction: usize, upper: bool) -> FaceId {
 }
 
 #[test]
-fn aligned_cubes() {
+fn aligned_cubes_meet_at_faces() {
     for (d, distance, sign) in [(0, -0.1, 1.0), (1, 0.2, -1.0), (2, 0.0, 1.0), (2, -0.3, -1.0)] {
         let (mut centre, mut normal) = ([0.0; 3], [0.0; 3]);
         (centre[d], normal[d]) = (sign * (1.0 + distance), sign);
@@ -83,7 +83,7 @@ fn aligned_cubes() {
 }
 
 #[test]
-fn a_corner_over_a_face() {
+fn corner_meets_face() {
     // Rotation of the diagonal of a cube to the vertical.
     let diagonal = Vec3::new(1.0, 1.0, 1.0);
     let turn = Rotation3::rotation_between(&diagonal, &Vec3::z()).unwrap_or_default();
@@ -98,7 +98,7 @@ fn a_corner_over_a_face() {
 }
 
 #[test]
-fn crossed_edges() {
+fn crossed_edges_meet() {
     let quarter = std::f64::consts::FRAC_PI_4;
     let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vec3::x_axis(), quarter));
     for distance in [0.05, -0.05] {
@@ -115,7 +115,7 @@ fn crossed_edges() {
 }
 
 #[test]
-fn faces_that_are_nearly_parallel_meet_as_faces() {
+fn nearly_parallel_faces_meet_as_faces() {
     let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vec3::x_axis(), 0.05));
     let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), 0.05);
     let found = separation(&low, &turned([0.9, 0.9, 0.97], turn));
@@ -205,7 +205,7 @@ fn check_meeting(a: &Parallelepiped, b: &Parallelepiped, found: &Separation) {
 }
 
 #[test]
-fn distances_are_those_of_corners_and_sampled_directions() {
+fn distances_match_corners_and_sampled_directions() {
     let mut numbers = Numbers(1);
     let directions: Vec<Vec3> = (0..2000).map(|_| numbers.vector(1.0).normalize()).collect();
     let mut of_edges = 0;
@@ -261,7 +261,7 @@ fn degenerate_cells_have_answers() {
 }
 
 #[test]
-fn closest_points_of_edges() {
+fn closest_points_of_edges_are_exact() {
     let v = |x: f64, y: f64, z: f64| Vec3::new(x, y, z);
     let a = [v(0.0, 0.0, 0.0), v(4.0, 0.0, 0.0)];
     // Crossed; beyond an end of a; beyond an end of b; beyond an end of each.
@@ -282,7 +282,7 @@ fn closest_points_of_edges() {
 }
 
 #[test]
-fn random_edges() {
+fn closest_points_of_random_edges_match_sampling() {
     let mut numbers = Numbers(7);
     for case in 0..2000 {
         let mut a = [numbers.vector(1.0), numbers.vector(1.0)];

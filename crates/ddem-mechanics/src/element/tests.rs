@@ -132,7 +132,7 @@ fn check_lattice(modals: [Option<&Modal>; 4], dims: [usize; 3], is_box: bool) {
 
 /// The principal stresses are found in arbitrarily rotated axes, also if two or three are equal.
 #[test]
-fn principal_stresses_are_those_that_were_turned() {
+fn principal_stresses_survive_rotation() {
     let values = [
         [3.0, 1.0, -2.0],
         [5.0, 5.0, -1.0],
@@ -161,7 +161,7 @@ fn principal_stresses_are_those_that_were_turned() {
 /// Two blocks, one upright and one upside down, are rotated by π against each other. Their mean is
 /// no rotation.
 #[test]
-fn a_frame_without_torque_gives_none_to_bodies_turned_upside_down() {
+fn opposite_blocks_get_no_torque_from_joint_frame() {
     dispatch!(Level::new(), simd => {
         let matrix = |rows: [[f64; 3]; 3]| rows.map(|row| row.map(|x| splat(simd, x)));
         let upright = matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);

@@ -45,7 +45,7 @@ fn at(normal: f64, shear: f64) -> Opening {
 }
 
 #[test]
-fn a_bonded_point_fails_at_its_strength() {
+fn bonded_point_fails_at_its_strength() {
     let law = coulomb(None);
     assert_eq!(law.failure(0.999e6, 0.0), None);
     assert_eq!(law.failure(1.001e6, 0.0), Some(FailureMode::Tension));
@@ -133,7 +133,7 @@ fn sliding_under_pressure_takes_its_fracture_energy() {
 /// A point that has slid keeps its residual cohesion. One that has opened has friction only when it
 /// closes again.
 #[test]
-fn faces_that_have_parted_have_no_cohesion() {
+fn separated_faces_have_no_cohesion() {
     let law = MohrCoulomb { tan_dilation: 0.0, ..coulomb(None) };
     let friction = 4e6 * tan(25.0);
     let pressed = -4e6 / STIFFNESS.normal;
@@ -159,7 +159,7 @@ fn faces_that_have_parted_have_no_cohesion() {
 }
 
 #[test]
-fn sliding_bears_the_residual_and_opens_by_dilation() {
+fn sliding_has_residual_strength_and_dilates() {
     let law = coulomb(None);
     let start = PointState::default();
     let path = (1..=3000).map(|i| at(-1e-3, f64::from(i) * 1e-6));
@@ -174,7 +174,7 @@ fn sliding_bears_the_residual_and_opens_by_dilation() {
 }
 
 #[test]
-fn an_open_point_bears_nothing_and_forgets_its_stick() {
+fn open_point_carries_nothing_and_resets_stick() {
     let law = coulomb(None);
     let (state, _) =
         lead(&law, [at(-1e-4, 1e-4), at(1e-5, 2e-3)].into_iter(), PointState::default());
@@ -186,7 +186,7 @@ fn an_open_point_bears_nothing_and_forgets_its_stick() {
 }
 
 #[test]
-fn barton_follows_its_curve() {
+fn barton_strength_follows_its_curve() {
     let law =
         Barton { jrc: 9.0, jcs: 80e6, residual_friction: 28.0, tension: 0.0, tan_dilation: 0.0 };
     for stress in [0.5e6, 2e6, 10e6] {
@@ -202,7 +202,7 @@ fn barton_follows_its_curve() {
 /// A mass falls on a face and bounces off. Averaged over the possible phases of the steps it
 /// neither gains nor loses energy, and the scatter fades with the step.
 #[test]
-fn what_bounces_keeps_its_energy_on_the_mean() {
+fn bouncing_mass_keeps_energy_on_average() {
     let law = MohrCoulomb::default();
     let omega = STIFFNESS.normal.sqrt();
     for (step, most, mean) in [(0.3, 1e-2, 3e-3), (0.1, 2e-4, 5e-5)] {
@@ -230,7 +230,7 @@ fn what_bounces_keeps_its_energy_on_the_mean() {
 /// A mass that bounces on a face never returns faster than it came, for any step. With short steps
 /// it loses almost nothing.
 #[test]
-fn what_bounces_is_never_faster() {
+fn bouncing_mass_never_gains_speed() {
     let law = MohrCoulomb::default();
     let omega = STIFFNESS.normal.sqrt();
     for (step, most) in [(1.8, 1.0), (1.0, 0.5), (0.3, 0.02), (0.03, 1e-4)] {
@@ -256,7 +256,7 @@ fn what_bounces_is_never_faster() {
 /// A dashpot takes energy on the way in and on the way out. It returns at most what it took before,
 /// and the balance of the bouncing mass includes all of it.
 #[test]
-fn a_dashpot_gives_no_more_than_it_took() {
+fn dashpot_returns_no_more_than_it_took() {
     let law = MohrCoulomb::default();
     let omega = STIFFNESS.normal.sqrt();
     for (step, ratio) in [(1.0, 0.2), (0.3, 0.2), (0.3, 1.0), (0.03, 0.5)] {
@@ -284,7 +284,7 @@ fn a_dashpot_gives_no_more_than_it_took() {
 /// In relaxation the result is that of the direct path from the last equilibrium, however far the
 /// motion overshot. (Only faces that parted on the way have lost their residual cohesion.)
 #[test]
-fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
+fn relaxation_forgets_overshoot() {
     for law in [coulomb(None), coulomb(Some([800.0, 5000.0]))] {
         let law = MohrCoulomb { residual_cohesion: 0.0, ..law };
         let bonded = PointState::default();
@@ -309,7 +309,7 @@ fn a_relaxation_keeps_nothing_of_what_it_overshoots() {
 
 /// A point that was open sticks where it closes on the path, not at its old position.
 #[test]
-fn an_open_point_sticks_where_it_closes() {
+fn open_point_sticks_where_it_closes() {
     let law =
         MohrCoulomb { tan_friction: 9.0, tan_residual_friction: 9.0, ..MohrCoulomb::default() };
     let mut state = PointState { damage: 1.0, gap: 1e-3, ..PointState::default() };

@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn the_smallest_and_the_largest_numbers_are_held() {
+    fn smallest_and_largest_numbers_are_exact() {
         let least = f64::from_bits(1);
         assert_eq!(sum([least; 5]), f64::from_bits(5));
         assert_eq!(sum([f64::MIN_POSITIVE, -least, 0.0]), f64::MIN_POSITIVE - least);
@@ -139,7 +139,7 @@ mod tests {
     }
 
     #[test]
-    fn no_order_changes_a_bit() {
+    fn sum_is_independent_of_order() {
         let mut seed = 7_u64;
         let mut random = || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);

@@ -41,7 +41,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_changes_count() {
+    fn only_changes_are_counted() {
         let mut numbers = Tracked::new(vec![1, 2]);
         assert_eq!((numbers.len(), numbers.revision()), (2, 0));
         numbers.push(3);

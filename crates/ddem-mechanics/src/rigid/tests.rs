@@ -9,7 +9,7 @@ fn brick() -> MassProperties {
 }
 
 #[test]
-fn inertia_of_a_brick() {
+fn inertia_of_brick_is_exact() {
     let exact = [13.0, 10.0, 5.0].map(|sum| 6.0 / 12.0 * sum);
     for (k, exact) in exact.into_iter().enumerate() {
         assert!((brick().inertia[(k, k)] / exact - 1.0).abs() < 1e-14);
@@ -22,7 +22,7 @@ fn inertia_of_a_brick() {
 }
 
 #[test]
-fn corners_bear_the_same_wrench() {
+fn corner_forces_give_same_wrench() {
     let (mass_properties, turn) = (brick(), UnitQuaternion::from_euler_angles(0.3, -1.0, 2.0));
     let wrench = SpatialVector {
         linear: Vector3::new(1.0, -2.0, 0.5),
@@ -42,7 +42,7 @@ fn corners_bear_the_same_wrench() {
 /// A brick that tumbles about its middle axis, where rotation is unstable, conserves momentum and
 /// energy.
 #[test]
-fn a_free_brick_keeps_momentum_and_energy() {
+fn free_brick_keeps_momentum_and_energy() {
     let mass_properties = brick();
     let energy = |step: f64| {
         let mut pose = Pose { velocity: Vector3::x(), ..Pose::default() };
@@ -69,7 +69,7 @@ fn a_free_brick_keeps_momentum_and_energy() {
 }
 
 #[test]
-fn a_hinge_leaves_one_turn() {
+fn hinge_leaves_one_rotation() {
     let mass_properties = brick();
     // Two corners of an edge along y are held in all directions.
     let arms = [0, 2].map(|corner| mass_properties.arm(corner));

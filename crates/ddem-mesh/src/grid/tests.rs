@@ -47,7 +47,7 @@ fn check(boxes: &[Bounds]) {
 }
 
 #[test]
-fn random_boxes() {
+fn random_box_pairs_match_brute_force() {
     let mut numbers = Numbers(1);
     for round in 0..30 {
         let spread = [1.0, 5.0, 20.0][round % 3];
@@ -68,7 +68,7 @@ fn random_boxes() {
 }
 
 #[test]
-fn a_lattice_of_cubes_that_touch() {
+fn touching_lattice_cubes_match_brute_force() {
     let n = 12_usize;
     let low = |k: usize| {
         Vector3::new((k % n) as f64, (k / n % n) as f64, (k / n / n) as f64) - Vector3::repeat(5.0)
@@ -82,7 +82,7 @@ fn a_lattice_of_cubes_that_touch() {
 }
 
 #[test]
-fn extreme_boxes() {
+fn extreme_boxes_match_brute_force() {
     let mut numbers = Numbers(2);
     let mut boxes = numbers.boxes(200, 5.0, |_| [1.0; 3]);
     let cube = |at: f64, size: f64| [Vector3::repeat(at), Vector3::repeat(at + size)];
@@ -106,7 +106,7 @@ fn extreme_boxes() {
 
 /// Neither distant nor large boxes fill the memory or take long.
 #[test]
-fn many_boxes() {
+fn distant_and_large_boxes_stay_cheap() {
     let mut numbers = Numbers(3);
     let mut boxes = numbers.boxes(50_000, 40.0, |_| [1.0; 3]);
     boxes.push([Vector3::repeat(1e9), Vector3::repeat(1e9 + 1.0)]);

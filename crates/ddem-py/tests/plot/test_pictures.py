@@ -12,7 +12,7 @@ pytest.importorskip("plotly")
 # --- positions ---
 
 
-def test_blocks_are_drawn_where_they_have_moved(drawn, simulation):
+def test_blocks_are_drawn_at_displaced_positions(drawn, simulation):
     mesh = drawn(scale=100.0)["blocks"]
     moved = simulation.points + 100.0 * simulation.displacement
     assert np.allclose(mesh.points, moved[mesh["node"]], rtol=0, atol=1e-6)
@@ -20,20 +20,20 @@ def test_blocks_are_drawn_where_they_have_moved(drawn, simulation):
     assert mesh.bounds[5] > 1.19
 
 
-def test_only_faces_between_elements_of_a_block_are_left_out(drawn):
+def test_only_faces_inside_blocks_are_omitted(drawn):
     mesh = drawn()["blocks"]
     assert mesh.n_cells == 4 * 6 * 2 * 2
     assert np.isclose(drawn(scale=0.0)["blocks"].area, 4 * 6.0)
 
 
-def test_edges_are_the_twelve_of_each_block_unless_all_are_wanted(drawn):
+def test_edges_are_those_of_blocks_or_elements(drawn):
     assert drawn(edges="blocks")["edges"].n_cells == 4 * 12 * 2
     # 3 lines of 2 edges in 2 directions on 6 faces; lines on the twelve edges belong to two faces.
     assert drawn(edges="elements")["edges"].n_cells == 4 * (6 * 12 - 12 * 2)
     assert "edges" not in drawn(edges="none")
 
 
-def test_faces_look_outward(simulation):
+def test_face_normals_point_outward(simulation):
     faces, owners = _scene.skin(simulation.elements)
     at = simulation.points[faces]
     normal = np.cross(at[:, 2] - at[:, 0], at[:, 3] - at[:, 1])
@@ -45,7 +45,7 @@ def test_faces_look_outward(simulation):
     ("most", "scale"),
     [(0.002, 100.0), (0.003, 50.0), (1e-9, 2e8), (0.15, 1.0), (0.2, 1.0), (7.0, 1.0), (0.0, 1.0)],
 )
-def test_automatic_scale(most, scale):
+def test_automatic_scale_is_a_round_factor(most, scale):
     points = np.array([[0.0, 0.0, 0.0], [4.0, 1.0, 1.0]])
     assert _scene.automatic_scale(points, np.array([[0.0, 0.0, -most], [0.0, 0.0, 0.0]])) == scale
 
@@ -53,7 +53,7 @@ def test_automatic_scale(most, scale):
 # --- meaning of colours ---
 
 
-def test_fragments_differ_from_their_neighbours_and_the_largest_from_all():
+def test_adjacent_fragments_have_different_colours():
     import ddem
 
     rock = ddem.Material(density=2400, young=18e9, poisson=0.25)
@@ -98,19 +98,19 @@ def test_fragments_differ_from_their_neighbours_and_the_largest_from_all():
 
 
 @pytest.mark.parametrize("name", ["displacement", "velocity", "force"])
-def test_nodal_values_are_those_of_the_field_to_the_last_bit(drawn, simulation, name):
+def test_nodal_values_equal_the_field_exactly(drawn, simulation, name):
     unit = {"displacement": "m", "velocity": "m/s", "force": "N"}[name]
     mesh = drawn(name, component="z")["blocks"]
     exact = getattr(simulation, name)[mesh["node"], 2]
     assert np.array_equal(mesh.point_data[f"{name} z ({unit})"], exact)
 
 
-def test_stresses_are_those_of_the_elements_to_the_last_bit(drawn, simulation):
+def test_stresses_equal_the_elements_exactly(drawn, simulation):
     mesh = drawn("stress", component="yz")["blocks"]
     assert np.array_equal(mesh.cell_data["stress yz (Pa)"], simulation.stress[mesh["element"], 4])
 
 
-def test_arrays_of_the_user_on_nodes_and_elements(drawn, simulation):
+def test_user_arrays_colour_nodes_and_elements(drawn, simulation):
     nodal = np.arange(len(simulation.points))
     mesh = drawn(nodal, label="age (years)")["blocks"]
     assert np.array_equal(mesh.point_data["age (years)"], nodal[mesh["node"]])
@@ -118,7 +118,7 @@ def test_arrays_of_the_user_on_nodes_and_elements(drawn, simulation):
     assert mesh.cell_data["values"].sum() == 6 * 2 * 2
 
 
-def test_measures_of_stress():
+def test_stress_measures_are_exact():
     # Pure shear: von Mises √3 τ, principal stresses ±τ.
     shear = np.array([[0.0, 0.0, 0.0, 5.0, 0.0, 0.0]])
     uniaxial = np.array([[0.0, 0.0, -7.0, 0.0, 0.0, 0.0]])
@@ -134,7 +134,7 @@ def test_measures_of_stress():
         assert np.allclose(_scene.measure(stress, part)[0], exact)
 
 
-def test_signs_share_a_bar_about_zero(simulation):
+def test_signed_values_have_bar_symmetric_about_zero(simulation):
     frame = _scene.frame_of(simulation, -1, False)
     bar = _layers.blocks(frame, "stress", "xx", None, (None, None), 1.0, "none", 1.0)[0].bar
     assert bar.cmap.name == "RdBu_r"
@@ -146,7 +146,7 @@ def test_signs_share_a_bar_about_zero(simulation):
 # --- joints ---
 
 
-def test_states_have_layers_of_their_own(drawn, simulation):
+def test_each_joint_state_has_its_layer(drawn, simulation):
     meshes = drawn(joints="state", scale=10.0)
     for joint, name in enumerate(("bonded", "failed in shear", "failed in tension")):
         mesh = meshes[name]
@@ -157,14 +157,14 @@ def test_states_have_layers_of_their_own(drawn, simulation):
     assert meshes["blocks"].array_names == ["node", "element"]
 
 
-def test_an_element_shows_the_state_of_each_of_its_pairs(drawn, simulation):
+def test_joint_face_shows_state_of_each_pair(drawn, simulation):
     simulation.pairs["state"] = 0
     simulation.pairs["state"][4] = 1  # the middle of the face at x = 1
     mesh = drawn(joints="state", scale=0.0)["failed in shear"]
     assert np.allclose(mesh.bounds, [1, 1, 0.25, 0.75, 0.25, 0.75])
 
 
-def test_fields_of_joints_show_what_failed(drawn, simulation):
+def test_joint_fields_show_failed_pairs(drawn, simulation):
     mesh = drawn(joints="failure_time")["joints"]
     assert np.allclose(np.unique(mesh.cell_data["failure time (s)"]), [0.1, 0.2])
     mesh = drawn(joints="slip", joint_component="y")["joints"]
@@ -174,7 +174,7 @@ def test_fields_of_joints_show_what_failed(drawn, simulation):
     assert np.array_equal(mesh.cell_data["traction x (Pa)"], values)
 
 
-def test_nothing_failed_is_a_picture_too(drawn, simulation):
+def test_model_without_failure_is_drawn(drawn, simulation):
     simulation.pairs["state"] = 0
     simulation.pairs["failure_time"] = np.nan
     meshes = drawn(joints="failure_time")
@@ -182,7 +182,7 @@ def test_nothing_failed_is_a_picture_too(drawn, simulation):
     assert meshes["bonded"].n_cells == 3 * 4 * 4
 
 
-def test_blocks_and_joints_both_coloured(drawn):
+def test_blocks_and_joints_are_both_coloured(drawn):
     meshes = drawn("stress", component="s1", joints="slip")
     assert "stress s1 (Pa)" in meshes["blocks"].cell_data
     assert "slip magnitude (m)" in meshes["joints"].cell_data
@@ -204,7 +204,7 @@ def test_screenshot_is_not_blank(simulation, tmp_path):
     assert colours(tmp_path / "u.png") > 100
 
 
-def test_a_screenshot_has_the_colours_of_the_states(simulation, tmp_path):
+def test_screenshot_has_colours_of_joint_states(simulation, tmp_path):
     file = tmp_path / "joints.png"
     plot(simulation, joints="state", opacity=0.0, edges="none", screenshot=file)
     image = pv.read(file).active_scalars[:, :3].astype(int)
@@ -212,14 +212,14 @@ def test_a_screenshot_has_the_colours_of_the_states(simulation, tmp_path):
     assert min(counts) > 2000  # red and blue
 
 
-def test_translucent_blocks_are_there(simulation, tmp_path):
+def test_translucent_blocks_are_visible(simulation, tmp_path):
     file = tmp_path / "clear.png"
     plot(simulation, joints="state", edges="none", opacity=0.5, screenshot=file)
     image = pv.read(file).active_scalars[:, :3].astype(int)
     assert (image.sum(axis=1) < 720).mean() > 0.1
 
 
-def test_files_leave_no_plotter_behind(simulation, tmp_path):
+def test_writing_files_leaves_no_plotter(simulation, tmp_path):
     before = len(pv.plotting._ALL_PLOTTERS)
     plot(simulation, screenshot=tmp_path / "a.png", html=tmp_path / "a.html")
     with pytest.raises(ValueError):

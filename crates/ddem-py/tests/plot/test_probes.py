@@ -34,13 +34,13 @@ def test_probes_are_read_back(probed):
     assert probes["core"]["zx"].tolist() == [6.0, 7.0]
 
 
-def test_a_row_that_a_killed_run_left_short_is_left_out(probed):
+def test_incomplete_last_row_is_ignored(probed):
     with open(probed / "probes.csv", "a") as file:
         file.write("push,11,0.4,1,2")
     assert read_probes(probed)["a.b"]["step"].tolist() == [0, 9]
 
 
-def test_histories_over_time_or_steps(probed, simulation, tmp_path):
+def test_probes_are_drawn_over_time_or_steps(probed, simulation, tmp_path):
     import matplotlib
 
     matplotlib.use("Agg")
@@ -67,7 +67,7 @@ def test_histories_over_time_or_steps(probed, simulation, tmp_path):
     plt.close("all")
 
 
-def test_wrong_probes(probed, simulation):
+def test_invalid_probes_are_refused(probed, simulation):
     with pytest.raises(ValueError, match="names: 'tap' .* did you mean 'top'"):
         plot_probes(simulation, ["tap"])
     with pytest.raises(ValueError, match="component: 'xx' .* valid: 'x', 'y', 'z'"):

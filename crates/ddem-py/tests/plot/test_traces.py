@@ -4,7 +4,7 @@ import ddem
 import numpy as np
 import pytest
 from ddem._plot import plot
-from small import ROCK, refused
+from sample_models import ROCK, refused
 
 pv = pytest.importorskip("pyvista")
 pytest.importorskip("plotly")
@@ -28,7 +28,7 @@ def lines(mesh):
     return np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), ends.mean(axis=1)
 
 
-def test_legends_count_the_pairs_that_are_there(tmp_path):
+def test_legends_count_existing_pairs(tmp_path):
     """A cavity at a corner of eight blocks removes three of their twelve joints, with four pairs
     each.
     """
@@ -49,7 +49,7 @@ def test_legends_count_the_pairs_that_are_there(tmp_path):
 
 @pytest.mark.parametrize("thickness", [0.0, 0.02])
 @pytest.mark.parametrize(("body", "divisions"), [("deformable", 2), ("deformable", 4), ("rigid", 1)])
-def test_traces_are_where_joints_come_to_the_outside(drawn, thickness, body, divisions):
+def test_traces_are_where_joints_meet_outer_faces(drawn, thickness, body, divisions):
     """Four joints of a square metre: three outer edges each, drawn on both sides, none at the
     crossing.
     """
@@ -63,7 +63,7 @@ def test_traces_are_where_joints_come_to_the_outside(drawn, thickness, body, div
     assert outside.all() and (at[:, :2].min(axis=1) <= half).all()
 
 
-def test_traces_have_the_states_of_their_pairs(drawn, simulation):
+def test_traces_have_states_of_their_pairs(drawn, simulation):
     simulation.pairs["state"][4] = 1  # the middle of the face at x = 1, which is inside
     simulation.pairs["state"][0] = 1  # a corner
     meshes = drawn(joints="traces", scale=0.0)
@@ -76,7 +76,7 @@ def test_traces_have_the_states_of_their_pairs(drawn, simulation):
     assert meshes["blocks"].array_names[0] == "displacement magnitude (m)"
 
 
-def test_open_joints_have_a_colour_of_their_own(drawn, simulation):
+def test_open_joints_have_their_own_colour(drawn, simulation):
     simulation.pairs["open"][simulation.pairs["state"] == 2] = 1
     for joints in ("traces", "state"):
         meshes = drawn(joints=joints)
@@ -85,7 +85,7 @@ def test_open_joints_have_a_colour_of_their_own(drawn, simulation):
     assert meshes["open or released"].area == pytest.approx(1.0, rel=1e-3)
 
 
-def test_joints_whose_sides_have_parted_have_no_trace(drawn, simulation):
+def test_separated_joints_have_no_trace(drawn, simulation):
     simulation.displacement[simulation.points[:, 0] > 2.9999] += (0.0, 0.0, 0.3)
     simulation.displacement[simulation.node_block == 2] -= (0.0, 0.0, 0.3)
     meshes = drawn(joints="traces", scale=1.0)
@@ -105,12 +105,12 @@ def width(file, thickness):
     return int(dark.sum())
 
 
-def test_lines_are_as_thick_for_thin_joints_as_for_thick_ones(tmp_path):
+def test_trace_width_is_independent_of_joint_thickness(tmp_path):
     thin, thick = (width(tmp_path / "side.png", thickness) for thickness in (0.0, 0.002))
     assert 3 <= thin <= 5 and 3 <= thick <= 6
 
 
-def test_faces_that_do_not_match_show_the_rim_of_their_joint(drawn):
+def test_nonconforming_joint_shows_its_outline(drawn):
     model = ddem.Model(contact=False)
     joint = ddem.Joint(thickness=0.0, **STIFF)
     for name, n, z in (("below", 1, 0.0), ("above", 2, 1.0)):
@@ -123,12 +123,12 @@ def test_faces_that_do_not_match_show_the_rim_of_their_joint(drawn):
     assert (np.abs(level[:, :2] - 1.0).max(axis=1) > 0.99).any()
 
 
-def test_no_joints_is_an_error(simulation):
+def test_traces_without_joints_are_refused(simulation):
     simulation.pairs, simulation.quads = simulation.pairs[:0], simulation.quads[:0]
     assert "no joints" in refused(lambda: plot(simulation, joints="traces", show=False))
 
 
-def test_blocks_that_move_are_outlined(tmp_path):
+def test_moving_blocks_are_outlined(tmp_path):
     """The upper two of four blocks slide together, so no line is drawn between them."""
     model = ddem.Model(gravity=(0, 0, -9.81))
     keys = {"divisions": 2, "material": ROCK, "joint": ddem.Joint(**STIFF)}
@@ -152,7 +152,7 @@ def test_blocks_that_move_are_outlined(tmp_path):
     assert lengths.sum() == pytest.approx(4 * (2 + 1 + 1), rel=1e-3)
 
 
-def test_moving_blocks_are_outlined_in_the_last_frame_of_a_stage_that_fails(tmp_path):
+def test_moving_blocks_are_outlined_in_last_frame_of_failed_stage(tmp_path):
     slippery = ddem.Joint(normal_stiffness=1e10, shear_stiffness=1e10, friction=10)
     model = ddem.Model(gravity=(4.905, 0, -8.4957))
     model.add_blocks(
@@ -169,7 +169,7 @@ def test_moving_blocks_are_outlined_in_the_last_frame_of_a_stage_that_fails(tmp_
         plotter.close()
 
 
-def test_contacts_that_are_not_there_are_refused():
+def test_missing_contacts_are_refused():
     model = ddem.Model(contact=True)
     model.add_blocks(size=(1, 1, 1), divisions=1, material=ROCK)
     with pytest.raises(ValueError, match="contacts: nothing to draw"):

@@ -1,20 +1,20 @@
 use super::*;
 
 #[test]
-fn a_ramp_rises_once() {
+fn ramp_rises_once() {
     let ramp = History::Ramp(2.0);
     let factors = [-1.0, 0.0, 0.5, 1.0, 2.0, 7.0].map(|time| ramp.factor(time));
     assert_eq!(factors, [0.0, 0.0, 0.25, 0.5, 1.0, 1.0]);
 }
 
 #[test]
-fn a_ramp_of_no_length_is_a_step() {
+fn ramp_of_zero_length_is_a_step() {
     let step = History::Ramp(0.0);
     assert_eq!([-1e-9, 0.0, 1e-9, 1.0].map(|time| step.factor(time)), [0.0, 1.0, 1.0, 1.0]);
 }
 
 #[test]
-fn a_table_is_linear_between_its_rows_and_constant_outside() {
+fn table_is_linear_between_rows_and_constant_outside() {
     let table = History::Table(vec![[1.0, -2.0], [2.0, 4.0], [4.0, 0.0]]);
     let factors = [-3.0, 1.0, 1.5, 2.0, 3.0, 4.0, 9.0].map(|time| table.factor(time));
     assert_eq!(factors, [-2.0, -2.0, 1.0, 4.0, 2.0, 0.0, 0.0]);
@@ -24,7 +24,7 @@ fn a_table_is_linear_between_its_rows_and_constant_outside() {
 }
 
 #[test]
-fn a_blast_has_its_peak_of_one_where_the_exponentials_say() {
+fn blast_pulse_peaks_at_one_at_exact_time() {
     let pulse = Duvall { alpha: 500.0, beta: 4000.0 };
     // d/dt (e^(-at) - e^(-bt)) = 0 at ln(8)/3500.
     let peak = 8.0_f64.ln() / 3500.0;
@@ -40,7 +40,7 @@ fn a_blast_has_its_peak_of_one_where_the_exponentials_say() {
 }
 
 #[test]
-fn a_triangle_goes_up_and_down() {
+fn triangle_rises_and_falls() {
     let fall = Triangle { rise: 1.0, fall: Some(3.0), duration: None };
     let duration = Triangle { rise: 1.0, fall: None, duration: Some(4.0) };
     for pulse in [fall, duration] {
@@ -53,7 +53,7 @@ fn a_triangle_goes_up_and_down() {
 }
 
 #[test]
-fn histories_come_to_an_end() {
+fn histories_have_an_end_time() {
     let time_function = |history: History| TimeFunction::new(Some(&history));
     let triangle = Triangle { rise: 1.0, duration: Some(3.0), fall: None };
     let table = History::Table(vec![[0.0, 0.0], [2.0, 5.0]]);

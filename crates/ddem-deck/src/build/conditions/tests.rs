@@ -60,7 +60,7 @@ fn times(v: [f64; 3], factor: f64) -> [f64; 3] {
 }
 
 #[test]
-fn a_line_across_all_blocks_has_its_length_and_middle() {
+fn line_load_has_exact_length_and_centre() {
     let line = |region: Where| deck(Load { region, line: Some(UP), ..Load::default() });
     // Lines along y on the top, across a gap: at an edge and inside a gap. Then a line along x
     // inside a gap.
@@ -70,7 +70,7 @@ fn a_line_across_all_blocks_has_its_length_and_middle() {
 }
 
 #[test]
-fn a_line_is_cut_by_a_range_exactly() {
+fn range_cuts_line_exactly() {
     for (from, to) in [(0.3, 1.7), (0.0, 0.1), (0.5, 1.0), (0.995, 1.003), (-3.0, 0.77), (0.4, 0.5)]
     {
         let region = planes([plane(0.0), range(from, to), plane(1.0)]);
@@ -81,7 +81,7 @@ fn a_line_is_cut_by_a_range_exactly() {
 }
 
 #[test]
-fn a_face_has_its_area_and_middle() {
+fn face_load_has_exact_area_and_centroid() {
     let traction = |region: Where| deck(Load { region, traction: Some(UP), ..Load::default() });
     check(&traction(planes([None, None, plane(1.0)])), times(UP, 8.0), [2.0, 1.0, 1.0]);
     check(&traction(planes([plane(4.0), None, None])), times(UP, 2.0), [4.0, 1.0, 0.5]);
@@ -89,7 +89,7 @@ fn a_face_has_its_area_and_middle() {
 }
 
 #[test]
-fn a_face_is_cut_by_ranges_exactly() {
+fn ranges_cut_face_exactly() {
     for [from, to, low, high] in [
         [0.5, 3.1, 0.0, 2.0],
         [0.1, 0.2, 0.3, 0.4],
@@ -105,7 +105,7 @@ fn a_face_is_cut_by_ranges_exactly() {
 }
 
 #[test]
-fn a_pressure_on_everything_has_no_resultant() {
+fn pressure_on_all_faces_has_no_resultant() {
     let mut deck = deck(Load { pressure: Some(1e5), ..Load::default() });
     deck.blocks[0].axes = [[1.0, 0.1, 0.0], [0.3, 1.0, -0.2], [0.2, 0.2, 1.0]];
     let (sum, moment) = resultant(&deck);
@@ -113,14 +113,14 @@ fn a_pressure_on_everything_has_no_resultant() {
 }
 
 #[test]
-fn pressure_pushes_inward() {
+fn pressure_acts_inward() {
     let region = planes([None, None, plane(1.0)]);
     let pressed = deck(Load { region, pressure: Some(5.0), ..Load::default() });
     check(&pressed, [0.0, 0.0, -40.0], [2.0, 1.0, 1.0]);
 }
 
 #[test]
-fn a_force_is_shared_by_what_each_node_stands_for() {
+fn force_is_shared_by_tributary_size() {
     let force = |region: Where| deck(Load { region, force: Some(UP), ..Load::default() });
     check(&force(Where::default()), UP, [2.0, 1.0, 0.5]);
     check(&force(planes([None, None, plane(1.0)])), UP, [2.0, 1.0, 1.0]);
@@ -129,7 +129,7 @@ fn a_force_is_shared_by_what_each_node_stands_for() {
 }
 
 #[test]
-fn later_supports_have_the_last_word() {
+fn later_supports_override_earlier_ones() {
     let mut deck = deck(Load { traction: Some(UP), ..Load::default() });
     let fix = |velocity: f64| Fix {
         axes: "x".into(),
@@ -144,7 +144,7 @@ fn later_supports_have_the_last_word() {
 }
 
 #[test]
-fn stages_bound_what_is_in_force() {
+fn conditions_act_within_their_stages() {
     let mut deck = deck(Load {
         traction: Some(UP),
         history: Some(History::Ramp(2.0)),
@@ -177,7 +177,7 @@ fn stages_bound_what_is_in_force() {
 }
 
 #[test]
-fn a_half_space_cuts_a_face_as_a_range_does() {
+fn half_space_cuts_face_like_range() {
     let below = |z: f64| Where { below: Some(Sheet::Level(z)), ..planes([plane(0.0), None, None]) };
     let traction = |region: Where| deck(Load { region, traction: Some(UP), ..Load::default() });
     // Each nodal force acts at its node, so only the resultant force is exact, not its moment.
@@ -189,7 +189,7 @@ fn a_half_space_cuts_a_face_as_a_range_does() {
 
 /// A line where a plane meets a side of a rotated set, in a gap and at an edge; faces by their dip.
 #[test]
-fn lines_and_faces_of_a_turned_set() {
+fn rotated_set_has_exact_lines_and_faces() {
     let turned = |mut deck: Deck| {
         (deck.blocks[0].dip, deck.blocks[0].dip_direction) = (Some(30.0), Some(90.0));
         deck

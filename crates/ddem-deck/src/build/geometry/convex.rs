@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_a_cube() {
+    fn half_spaces_cut_cube_to_exact_volume() {
         assert!((cube().volume() - 1.0).abs() < 1e-15);
         // A corner, both halves along diagonals, all, and nothing.
         for (normal, at, volume) in [
@@ -130,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cylinder_and_half_of_it() {
+    fn cylinder_and_its_half_have_exact_volume() {
         let ends = [Vec3::new(1.0, 2.0, 3.0), Vec3::new(2.0, 4.0, 5.0)];
         let exact = std::f64::consts::PI * 0.25 * 3.0;
         let cylinder = Convex::cylinder(&ends, 0.5);

@@ -197,7 +197,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hole_is_outside_and_bodies_may_overlap() {
+    fn hole_is_outside_and_bodies_may_overlap() {
         let mut hollow = cuboid([0.0; 3], [3.0; 3]);
         hollow.extend(cuboid([1.0; 3], [2.0; 3]).into_iter().map(|[a, b, c]| [a, c, b]));
         let hollow = solid(hollow);
@@ -213,7 +213,7 @@ mod tests {
 
     /// Triangles with random orientations still separate inside from outside.
     #[test]
-    fn triangles_may_be_turned_to_both_sides() {
+    fn triangle_orientation_does_not_matter() {
         let mut turned = cuboid([0.0; 3], [2.0; 3]);
         turned[3].swap(0, 1);
         let turned = solid(turned);
@@ -223,7 +223,7 @@ mod tests {
 
     /// Compares a ball of many triangles with the equation of a sphere, except near its facets.
     #[test]
-    fn a_ball_is_a_ball() {
+    fn triangulated_ball_matches_sphere() {
         let (n, mut triangles) = (40, Vec::new());
         let at = |i: usize, j: usize| {
             let (a, b) = (i as f64 / n as f64, (j % (2 * n)) as f64 / n as f64);

@@ -162,7 +162,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_grid_has_no_heights() {
+    fn incomplete_grid_has_no_heights() {
         let here = Vec3::zeros();
         for (x, z) in [(&[0.0][..], &[1.0, 1.0][..]), (&[], &[]), (&[0.0, 1.0], &[1.0])] {
             let height = terrain(x, &[-1.0, 0.5], z, 0.5).height(&here, 0.0);
@@ -172,7 +172,7 @@ mod tests {
 
     /// A missing height without weight does not matter, and the rim has the height of the end.
     #[test]
-    fn missing_heights_and_the_rim() {
+    fn missing_heights_and_rim_are_handled() {
         let terrain =
             terrain(&[0.0, 1.0, 2.0], &[0.0, 1.0], &[1.0, 2.0, f64::NAN, 3.0, 4.0, 5.0], 0.5);
         let at = |x, y| terrain.height(&Vec3::new(x, y, 0.0), 0.0);

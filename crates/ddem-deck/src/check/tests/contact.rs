@@ -4,7 +4,7 @@ use super::{check, good, places};
 use crate::schema::*;
 
 #[test]
-fn contacts_have_rules() {
+fn invalid_contacts_are_refused() {
     let contact = |change: fn(&mut ContactTable)| places(|deck| change(&mut deck.contact));
     let all = |c: &mut ContactTable| {
         (c.normal_stiffness, c.shear_stiffness) = (Some(1e9), Some(1e8));
@@ -37,7 +37,7 @@ fn rebound(ratio: f64) -> f64 {
 }
 
 #[test]
-fn restitution_is_damping_in_other_words() {
+fn restitution_equals_equivalent_damping() {
     let of = |restitution: f64| {
         let table = ContactTable { restitution: Some(restitution), ..ContactTable::default() };
         table.damping_ratio().unwrap_or_else(|| panic!("no ratio"))
@@ -54,7 +54,7 @@ fn restitution_is_damping_in_other_words() {
 }
 
 #[test]
-fn contacts_are_found_where_something_can_come_apart() {
+fn contacts_are_enabled_if_blocks_can_separate() {
     let finds = |change: fn(&mut Deck)| {
         let mut deck = good();
         let weak = Joint { cohesion: Some(1e6), ..deck.joints["seam"].clone() };

@@ -46,7 +46,7 @@ fn at(friction: Option<Friction>, pressure: f64) -> f64 {
 }
 
 #[test]
-fn two_angles_are_one_and_nothing_else_is() {
+fn constant_frictions_reduce_to_one_angle() {
     assert_eq!(of(0, 1), Some(Friction::Angle(0.5)));
     assert_eq!(of(3, 1), Some(Friction::Angle(0.8)));
     assert_eq!(of(3, 3), None);
@@ -55,7 +55,7 @@ fn two_angles_are_one_and_nothing_else_is() {
 
 /// The strength is 1 MPa at 1 MPa and 4 MPa at 16 MPa, without the cohesion.
 #[test]
-fn a_law_is_asked_at_each_pressure() {
+fn law_strength_follows_pressure() {
     for friction in [of(2, 2), of(2, 3), of(3, 2)] {
         assert!((at(friction, 1e6) - 1e6).abs() < 1e-3);
         assert!((at(friction, 16e6) - 4e6).abs() < 1e-3);
@@ -66,7 +66,7 @@ fn a_law_is_asked_at_each_pressure() {
 
 /// The root law is stronger than 0.5 p below 4 MPa and weaker above.
 #[test]
-fn the_weaker_of_two_faces_counts_at_each_pressure() {
+fn weaker_face_governs_at_each_pressure() {
     for friction in [of(0, 2), of(2, 0)] {
         assert!((at(friction, 1e6) - 0.5e6).abs() < 1e-3);
         assert!((at(friction, 16e6) - 4e6).abs() < 1e-3);
@@ -74,7 +74,7 @@ fn the_weaker_of_two_faces_counts_at_each_pressure() {
 }
 
 #[test]
-fn an_edge_has_the_mean_of_its_faces() {
+fn edge_has_mean_friction_of_its_faces() {
     let mean = |a: usize, b: usize| Some(face(a)?.mean(face(b)?));
     let edge = |other: usize| Friction::of([mean(0, 2), face(other)], 1.0);
     assert!((at(edge(3), 16e6) - 6e6).abs() < 1e-3);
@@ -85,7 +85,7 @@ fn an_edge_has_the_mean_of_its_faces() {
 
 /// The strength is a quarter of the way from 0.5 to the root law at 16 MPa, and from 0.5 to 0.8.
 #[test]
-fn strengths_go_by_parts() {
+fn strengths_are_interpolated_by_share() {
     let ramp = |old: usize, new: usize| Some(face(new)?.after(face(old)?, 0.25));
     let of = |old: usize, new: usize| Friction::of([ramp(old, new); 2], 0.25);
     assert!((at(of(0, 2), 16e6) - 7e6).abs() < 1e-3);
@@ -95,7 +95,7 @@ fn strengths_go_by_parts() {
 
 /// Points with 1.25 times the area on which they press carry the same force.
 #[test]
-fn scaled_areas_change_no_force() {
+fn area_scale_changes_no_force() {
     let Some(mut friction) = of(2, 2) else { panic!("no friction") };
     let force = friction.strength(&laws(), -10e6);
     friction.set_stretch(1.25);
@@ -103,7 +103,7 @@ fn scaled_areas_change_no_force() {
 }
 
 #[test]
-fn numbers_without_a_law_are_known() {
+fn numbers_without_law_are_detected() {
     for (at, sound) in [(2, true), (0, false)] {
         let few = &laws()[..=at];
         assert_eq!(of(2, 2).is_some_and(|friction| friction.is_sound(few)), sound);

@@ -21,7 +21,7 @@ fn moved(quad: &[Point; 4], by: Point) -> [Point; 4] {
 }
 
 #[test]
-fn overlaps_by_hand() {
+fn overlaps_match_hand_calculation() {
     // A square rotated by 45° gives a regular octagon.
     let diamond = [[SQRT_2, 0.0], [0.0, SQRT_2], [-SQRT_2, 0.0], [0.0, -SQRT_2]];
     let octagon = overlap(&SQUARE, &diamond);
@@ -98,7 +98,7 @@ fn inside(quad: &[Point; 4], at: Point) -> bool {
 }
 
 #[test]
-fn random_overlaps() {
+fn random_overlaps_are_symmetric_and_consistent() {
     let mut numbers = Numbers(4);
     let mut counts = [0; 9];
     for case in 0..20_000 {
@@ -165,7 +165,7 @@ fn areas_are_exact_for_linear_functions() {
 /// The area of each corner changes no faster than the outline moves, even if vertices appear,
 /// vanish or merge.
 #[test]
-fn shares_of_the_corners_are_continuous() {
+fn corner_shares_are_continuous() {
     let shares = |outline: &[Point; 4]| {
         let mut shares = [0.0; 4];
         for vertex in overlap(&SQUARE, outline).as_slice() {
@@ -197,7 +197,7 @@ fn shares_of_the_corners_are_continuous() {
 }
 
 #[test]
-fn bilinear_coordinates() {
+fn bilinear_coordinates_are_recovered() {
     assert_eq!(weights([0.0, 1.0]), [0.0, 0.0, 0.0, 1.0]);
     let mut numbers = Numbers(6);
     for _ in 0..5000 {
