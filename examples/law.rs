@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut simulation = Simulation::new(with_teeth(&slope(height))?);
         match simulation.relax(1e-5, 20_000) {
             Ok(steps) => println!("{height} m of rock rest after {steps} steps"),
-            Err(error @ RunError::Collapsed { .. }) => println!("{height} m of rock: {error}"),
+            Err(error @ RunError::NoEquilibrium { .. }) => println!("{height} m of rock: {error}"),
             Err(error) => return Err(error.into()),
         }
     }

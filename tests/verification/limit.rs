@@ -62,10 +62,10 @@ fn is_stable(mut deck: Deck, way: Way, weights: Weights<'_>, duration: f64) -> b
 
 /// True if a relaxation finds an equilibrium.
 fn relaxes(simulation: &mut Simulation) -> bool {
-    use RunError::{Collapsed, NotConverged, TooDeep};
+    use RunError::{DeepPenetration, NoEquilibrium, NotConverged};
     match simulation.relax(1e-6, STEPS) {
         Ok(_) => true,
-        Err(Collapsed { .. } | NotConverged { .. } | TooDeep { .. }) => false,
+        Err(NoEquilibrium { .. } | NotConverged { .. } | DeepPenetration { .. }) => false,
         Err(error) => panic!("{error}"),
     }
 }
@@ -316,7 +316,7 @@ fn relaxation_reports_missing_equilibrium() {
         for deck in [joined, touching, layered(plane([0.0, 35.0], 2.0), 20e6)] {
             let model = deck.build().unwrap_or_else(|error| panic!("{error}"));
             let relaxed = Simulation::new(model).relax(1e-6, 200_000);
-            assert!(matches!(relaxed, Err(RunError::Collapsed { .. })), "{relaxed:?}");
+            assert!(matches!(relaxed, Err(RunError::NoEquilibrium { .. })), "{relaxed:?}");
         }
     }
 }

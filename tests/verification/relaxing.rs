@@ -115,6 +115,6 @@ fn tolerance_far_from_origin_may_be_unreachable() {
     let Err(error) = simulation(&example(case.deck)).relax(1e-6, 20_000) else {
         panic!("what rounding leaves is less than that")
     };
-    assert!(matches!(error, RunError::OutOfReach { far: Some(_), .. }), "{error}");
+    assert!(matches!(error, RunError::UnreachableTolerance { far: Some(_), .. }), "{error}");
     assert!(error.to_string().contains("m from the origin"), "{error}");
 }

@@ -22,12 +22,12 @@ sys.exit(not all(u.find_spec(name) for name in names))";
 pub(crate) enum NoPicture {
     /// No Python has the module and PyVista.
     #[error(
-        "pictures need Python with the module ddem and PyVista: looked for them with {looked}\n  \
+        "pictures need Python with the module ddem and PyVista: looked for them with {searched}\n  \
          install them by `{python} -m pip install '.[plot]'` in the folder of the sources of ddem"
     )]
     NoPython {
         /// Programs that were tried.
-        looked: String,
+        searched: String,
         /// Python for which to install the packages.
         python: String,
     },
@@ -76,7 +76,7 @@ fn python() -> Result<PathBuf, NoPicture> {
             candidates.iter().map(|python| format!("`{}`", python.display())).collect();
         let there = candidates.iter().find(|python| starts(python));
         let python = there.map_or("python3".into(), |python| python.display().to_string());
-        NoPicture::NoPython { looked: shown.join(", "), python }
+        NoPicture::NoPython { searched: shown.join(", "), python }
     })
 }
 

@@ -7,7 +7,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use advice::{after, hint, moving, named, stiff, thicker, too_deep, too_fast};
+use advice::{after, block_too_fast, deep_penetration, hint, moving, named, stiff, thicker};
 pub use code::ErrorCode;
 
 /// A block that still moves when a stage fails.
@@ -92,7 +92,7 @@ pub enum RunError {
         "the time step, {time_step:.6e} s, exceeds the critical time step, {critical:.6e} s (2/ω_max): the \
          motion would grow without bound"
     )]
-    TimeStep {
+    UnstableTimeStep {
         /// Requested time step `[s]`.
         time_step: f64,
         /// Critical time step `[s]`.
@@ -118,7 +118,7 @@ pub enum RunError {
         "relaxation finds no mass for node {node} of block {block}: its joints are so much stiffer than the block that \
          rounding removes it, or a stiffness is not a number; use thicker or softer joints"
     )]
-    NoMass {
+    NoRelaxationMass {
         /// Block of the node.
         block: usize,
         /// Number of the node.
@@ -144,7 +144,7 @@ pub enum RunError {
     Stopped,
     /// A history that a program computes has no value.
     #[error("the history of {entry} failed at time {time:.6e} s: {message}")]
-    History {
+    HistoryFailed {
         /// The load, charge, support or boundary, as in `load[0]`.
         entry: String,
         /// Time since the history began `[s]`.
@@ -183,9 +183,9 @@ pub enum RunError {
     #[error(
         "block {block} of `{set}` moved {distance:.3e} m in step {step}, at time {time:.6e} s: more than a \
          quarter of the shortest edge of a block, {edge} m, so that contacts could be missed; {}",
-        too_fast(*driven)
+        block_too_fast(*driven)
     )]
-    TooFast {
+    BlockTooFast {
         /// The fastest block.
         block: usize,
         /// Name of its set.
@@ -205,9 +205,9 @@ pub enum RunError {
     #[error(
         "block {} of `{}` and block {} of `{}` penetrate each other by {depth:.3e} m in step {step}, at time \
          {time:.6e} s: more than a quarter of their shortest edge, {edge} m; {}",
-        .blocks[0], .sets[0], .blocks[1], .sets[1], too_deep(*driven, *relaxes)
+        .blocks[0], .sets[0], .blocks[1], .sets[1], deep_penetration(*driven, *relaxes)
     )]
-    TooDeep {
+    DeepPenetration {
         /// The two blocks.
         blocks: [usize; 2],
         /// Names of their sets.
@@ -229,7 +229,7 @@ pub enum RunError {
     /// There is no equilibrium: blocks separate or slide without end, because their joints have
     /// failed.
     #[error("there is no equilibrium: {}{}", named(moving), after(*failed))]
-    Collapsed {
+    NoEquilibrium {
         /// Two neighbours with the largest relative displacement since the last event: the start of
         /// the stage, an increment or a failure.
         blocks: [usize; 2],
@@ -266,7 +266,7 @@ pub enum RunError {
          it at block {block}{}; use a tolerance of {:.0e}{}",
         stiff(joint.as_ref(), *force, *far), 3.0 * ratio, thicker(joint.as_ref(), ratio / tolerance, *far)
     )]
-    OutOfReach {
+    UnreachableTolerance {
         /// Unbalanced ratio reached.
         ratio: f64,
         /// Required unbalanced ratio.

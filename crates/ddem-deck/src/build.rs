@@ -29,7 +29,7 @@ pub struct BuiltDeck {
     deck: Deck,
     problem: Arc<Problem>,
     /// Blocks that curved and slanted regions have split or removed.
-    taken: Vec<Selection>,
+    selections: Vec<Selection>,
     /// Warnings about each charge.
     charges: Vec<Vec<Diagnostic>>,
     /// Supports at boundaries in each stage.
@@ -81,9 +81,9 @@ impl BuiltDeck {
 
     fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
-        let Cut { geometry, sets, mut taken } = geometry::cut(deck, &names)?;
+        let Cut { geometry, sets, mut selections } = geometry::cut(deck, &names)?;
         let (stages, excavated) = geometry::stages((deck, &names), Arc::new(geometry), &sets)?;
-        taken.extend(excavated);
+        selections.extend(excavated);
         let mut problem = Problem {
             properties: properties::properties(deck),
             stages,
@@ -99,11 +99,11 @@ impl BuiltDeck {
         sound(mechanism::check(deck, &problem))?;
         problem.boundaries = boundaries::boundaries(deck, &problem)?;
         let holds = problem.boundary_holds();
-        sound(boundaries::idle(deck, &problem, &holds))?;
+        sound(boundaries::held_faults(deck, &problem, &holds))?;
         problem.stresses = stress::stresses(deck, &problem)?;
         sound(stress::met(deck, &problem))?;
         problem.motions = conditions::motions(deck, &problem);
-        Ok(Self { deck: deck.clone(), problem: Arc::new(problem), taken, charges, holds })
+        Ok(Self { deck: deck.clone(), problem: Arc::new(problem), selections, charges, holds })
     }
 
     fn region(&self, region: &Where) -> Region {

@@ -143,7 +143,7 @@ impl Assembly {
 
     /// Removes the joint elements of rigid blocks. Their joints are springs, and only the mass of
     /// their layers counts.
-    fn take_joints_out(&mut self, packs: &Packs) {
+    fn remove_joint_elements(&mut self, packs: &Packs) {
         for (tables, _) in self.pack_tables.iter_mut().zip(&packs.packs).filter(|(_, p)| p.rigid) {
             tables[1..].fill(NO_TABLE);
         }
@@ -190,7 +190,7 @@ impl Assembly {
                 list.len() as u32 - 1
             }));
         }
-        self.take_joints_out(packs);
+        self.remove_joint_elements(packs);
     }
 }
 

@@ -1,6 +1,6 @@
 //! Faces of two blocks that lie on each other.
 
-use super::grid::meeting;
+use super::grid::overlapping_pairs;
 use super::{BlockFace, Geometry, RestFace, bounds_of};
 use ddem_mechanics::collide::overlap;
 
@@ -78,6 +78,10 @@ impl Geometry {
                 rest.is_some_and(|rest| self.face_overlap(blocks, &rest, [0.0; 2]).is_some())
             })
         };
-        meeting(&boxes).into_iter().filter(touch).map(|[a, b]| (a as usize, b as usize)).collect()
+        overlapping_pairs(&boxes)
+            .into_iter()
+            .filter(touch)
+            .map(|[a, b]| (a as usize, b as usize))
+            .collect()
     }
 }

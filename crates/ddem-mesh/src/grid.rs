@@ -26,7 +26,7 @@ type CellRange = [[i64; 3]; 2];
 
 /// Sorted pairs i < j of boxes that intersect or touch, each once. A box that is not finite, or
 /// whose low corner exceeds its high corner along an axis, has no pairs.
-pub fn meeting(boxes: &[Bounds]) -> Vec<[u32; 2]> {
+pub fn overlapping_pairs(boxes: &[Bounds]) -> Vec<[u32; 2]> {
     let sound = |[low, high]: &Bounds| {
         (0..3).all(|d| low[d].is_finite() && high[d].is_finite() && low[d] <= high[d])
     };

@@ -28,8 +28,8 @@ pub struct JointNode {
     pub offset: usize,
     /// Local node number in that block.
     pub local: usize,
-    /// Index in the owner's shares; without meaning for the owner's own nodes.
-    pub share: usize,
+    /// Index in the owner's neighbour forces; without meaning for the owner's own nodes.
+    pub neighbour_force: usize,
 }
 
 /// Two facing nodes of a face joint.
@@ -111,7 +111,7 @@ impl BlockNumbering {
             JointNode {
                 offset,
                 local: local(on_block),
-                share: neighbour_force_start[offset] + place,
+                neighbour_force: neighbour_force_start[offset] + place,
             }
         };
         let joints = std::array::from_fn(|lattice| {

@@ -17,7 +17,7 @@ use crate::functions::{Called, Functions};
 use crate::samples::Samples;
 use crate::simulation::PySimulation;
 use crate::values::{alone, no_matter, table};
-use crate::worker::{Pool, Worker, away, outcome, warn};
+use crate::worker::{Pool, Worker, on_worker_thread, outcome, warn};
 
 /// Observer that passes events to the worker and the samples.
 pub(crate) struct PyObserver<'a> {
@@ -58,7 +58,7 @@ pub(crate) fn assembled(
     let called = Called::new(functions);
     let histories = called.clone();
     let change: Change = Box::new(move |model| histories.set_on(model));
-    let (made, stopped) = away(py, &pool, None, move |_| make(change))?;
+    let (made, stopped) = on_worker_thread(py, &pool, None, move |_| make(change))?;
     let session = outcome(made, stopped, |failure| match &failure {
         RunFailure::Model(error) => located(error),
         failure => errors::failure(py, failure),
@@ -78,7 +78,7 @@ pub(crate) fn driven(
     quiet: bool,
 ) -> PyResult<PySimulation> {
     let bar = progress_bar(py, quiet)?;
-    let (ended, stopped) = away(py, &pool, bar.as_ref(), |worker| {
+    let (ended, stopped) = on_worker_thread(py, &pool, bar.as_ref(), |worker| {
         let mut samples = Samples::default();
         let mut observer = PyObserver { worker, samples: &mut samples };
         let outcome = ddem_io::run::run(deck, source, options, &mut observer);

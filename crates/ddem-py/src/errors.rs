@@ -165,10 +165,10 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
     let code = error.code();
     let message = format!("{stage}{error} [{code}]");
     let raised = match *error {
-        RunError::NotConverged { ratio, .. } | RunError::OutOfReach { ratio, .. } => {
+        RunError::NotConverged { ratio, .. } | RunError::UnreachableTolerance { ratio, .. } => {
             raise!(py, "NotConverged", (message, ratio))
         }
-        RunError::Collapsed { blocks: [a, b], distance, ref moving, ratio, .. } => {
+        RunError::NoEquilibrium { blocks: [a, b], distance, ref moving, ratio, .. } => {
             let moving =
                 moving.iter().map(|MovingBlock { set, block, distance, direction: [x, y, z] }| {
                     (set.clone(), *block, *distance, (*x, *y, *z))
@@ -179,7 +179,7 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
         RunError::Diverged { step, time, block, node } => {
             raise!(py, "Diverged", (message, step, time, block, node))
         }
-        RunError::History { ref entry, .. } => {
+        RunError::HistoryFailed { ref entry, .. } => {
             let place = format!("{entry}.history");
             faults(py, &[Fault::new(code, place, format!("{stage}{error}"))], &|_| None)
         }
@@ -187,7 +187,7 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
         RunError::EarlierStage { .. } => {
             faults(py, &[Fault::new(code, "stage", error.to_string())], &|_| None)
         }
-        RunError::TimeStep { .. } | RunError::TooShort { .. } => {
+        RunError::UnstableTimeStep { .. } | RunError::TooShort { .. } => {
             faults(py, &[Fault::new(code, "time_step", error.to_string())], &|_| None)
         }
         _ => raise!(py, "Error", (message,)),

@@ -36,14 +36,14 @@ impl PySimulation {
     /// `centroid` (now) [m], `velocity` [m/s].
     #[getter]
     fn fragments<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let fragments = self.looked(py, |inner| inner.session.simulation_mut().fragments())?;
+        let fragments = self.read(py, |inner| inner.session.simulation_mut().fragments())?;
         fields::fragment_array(py, &fragments)
     }
 
     /// The number of the fragment of each block, a row of :attr:`fragments`, shape (n_blocks,).
     #[getter]
     fn block_fragment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let numbers = self.looked(py, |inner| inner.session.simulation_mut().block_fragments())?;
+        let numbers = self.read(py, |inner| inner.session.simulation_mut().block_fragments())?;
         fields::integers(py, numbers.into_iter().map(|number| number as i64).collect())
     }
 }

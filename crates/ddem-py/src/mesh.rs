@@ -39,49 +39,49 @@ impl PySimulation {
     /// Reference positions of the nodes [m], shape (n_nodes, 3).
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::rows(py, self.looked(py, |inner| fields::points(&inner.session))?)
+        arrays::rows(py, self.read(py, |inner| fields::points(&inner.session))?)
     }
 
     /// Lumped masses of the nodes [kg], shape (n_nodes,).
     #[getter]
     fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::components(py, self.looked(py, |inner| fields::masses(&inner.session))?, 1)
+        arrays::components(py, self.read(py, |inner| fields::masses(&inner.session))?, 1)
     }
 
     /// The block of each node, shape (n_nodes,).
     #[getter]
     fn node_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        fields::integers(py, self.looked(py, |inner| fields::node_blocks(&inner.session))?)
+        fields::integers(py, self.read(py, |inner| fields::node_blocks(&inner.session))?)
     }
 
     /// The nodes of each element, in VTK's order, shape (n_elements, 8).
     #[getter]
     fn elements<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::rows(py, self.looked(py, |inner| fields::elements(&inner.session))?)
+        arrays::rows(py, self.read(py, |inner| fields::elements(&inner.session))?)
     }
 
     /// The block of each element, shape (n_elements,).
     #[getter]
     fn element_block<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        fields::integers(py, self.looked(py, |inner| fields::element_blocks(&inner.session))?)
+        fields::integers(py, self.read(py, |inner| fields::element_blocks(&inner.session))?)
     }
 
     /// The pairs around each joint element, shape (n_quads, 4).
     #[getter]
     fn quads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        arrays::rows(py, self.looked(py, |inner| fields::quads(&inner.session))?)
+        arrays::rows(py, self.read(py, |inner| fields::quads(&inner.session))?)
     }
 
     /// The material of each element, shape (n_elements,): numbers in sorted order of the names.
     #[getter]
     fn element_material<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        fields::integers(py, self.looked(py, |inner| fields::element_materials(&inner.session))?)
+        fields::integers(py, self.read(py, |inner| fields::element_materials(&inner.session))?)
     }
 
     /// True for elements that are rigid blocks, which have no stress, shape (n_elements,).
     #[getter]
     fn element_rigid<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let rigid = self.looked(py, |inner| fields::element_rigid(&inner.session))?;
+        let rigid = self.read(py, |inner| fields::element_rigid(&inner.session))?;
         Ok(PyArray1::from_vec(py, rigid).into_any())
     }
 

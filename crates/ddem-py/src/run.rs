@@ -15,7 +15,7 @@ use crate::callbacks::Callbacks;
 use crate::drive::{PyObserver, progress_bar, read_stage};
 use crate::errors::{self, model_error};
 use crate::simulation::{Inner, PySimulation};
-use crate::worker::{outcome, parted, warn};
+use crate::worker::{outcome, part_on_worker_thread, warn};
 
 /// Waiting time while another thread uses the simulation.
 const WAIT: Duration = Duration::from_millis(1);
@@ -96,7 +96,7 @@ impl PySimulation {
         known(slf.py(), keys, &RELAX, &RUN[4..])?;
         let mut stage = read_stage(slf.py(), "relax", None, keys)?;
         stage.name = name.unwrap_or_default();
-        StageCall { stage, record, callbacks: None }.go(slf, quiet)
+        StageCall { stage, record, callbacks: None }.run_to_end(slf, quiet)
     }
 
     /// Moves in time, under the supports and loads in force.
@@ -188,14 +188,14 @@ impl PySimulation {
             slf.get().warn_of_waiting(slf.py())?;
         }
         stage.name = name.unwrap_or_default();
-        StageCall { stage, record, callbacks }.go(slf, quiet)
+        StageCall { stage, record, callbacks }.run_to_end(slf, quiet)
     }
 }
 
 impl PySimulation {
     /// Warns once for each stage of the model for which supports or loads wait.
     fn warn_of_waiting(&self, py: Python<'_>) -> PyResult<()> {
-        let mut inner = self.idle(py)?;
+        let mut inner = self.lock_to_move(py)?;
         let Inner { session, awaited, .. } = &mut **inner;
         let waiting = waiting(session);
         let waiting: Vec<String> =
@@ -215,7 +215,7 @@ impl PySimulation {
     }
 
     /// Locks the simulation again, once no other thread uses it; such uses are short.
-    fn again(&self, py: Python<'_>) -> MutexGuard<'_, Box<Inner>> {
+    fn relock(&self, py: Python<'_>) -> MutexGuard<'_, Box<Inner>> {
         loop {
             match self.try_lock() {
                 Ok(inner) => return inner,
@@ -273,14 +273,14 @@ struct StageCall<'py> {
 
 impl<'py> StageCall<'py> {
     /// Moves the simulation and returns the number of steps.
-    fn go(&self, simulation: &Bound<'py, PySimulation>, quiet: bool) -> PyResult<u64> {
+    fn run_to_end(&self, simulation: &Bound<'py, PySimulation>, quiet: bool) -> PyResult<u64> {
         let py = simulation.py();
         if self.record.as_ref().is_some_and(|folder| folder.as_os_str().is_empty()) {
             return Err(PyValueError::new_err("record: the path of a folder is empty"));
         }
         let bar = progress_bar(py, quiet)?;
         let before = {
-            let mut inner = simulation.get().idle(py)?;
+            let mut inner = simulation.get().lock_to_move(py)?;
             inner.running = true;
             inner.session.simulation().steps()
         };
@@ -291,7 +291,7 @@ impl<'py> StageCall<'py> {
             (Ok(StageStatus::Done), Ok(()), Some(callbacks)) => callbacks.call_last(simulation),
             _ => Ok(()),
         };
-        let mut inner = simulation.get().again(py);
+        let mut inner = simulation.get().relock(py);
         inner.running = false;
         let steps = inner.session.simulation().steps() - before;
         drop(inner);
@@ -353,9 +353,9 @@ fn part<T: Send>(
     bar: Option<&Py<PyAny>>,
     work: impl FnOnce(&mut Session, &mut PyObserver<'_>) -> Result<T, RunFailure> + Send,
 ) -> PyResult<T> {
-    let mut inner = simulation.again(py);
+    let mut inner = simulation.relock(py);
     let Inner { session, samples, .. } = &mut **inner;
-    let (done, stopped) = parted(py, &simulation.pool, bar, |worker| {
+    let (done, stopped) = part_on_worker_thread(py, &simulation.pool, bar, |worker| {
         work(session, &mut PyObserver { worker, samples })
     })?;
     drop(inner);

@@ -8,7 +8,7 @@ use crate::drive::read_stage;
 use crate::errors;
 use crate::run::{later, waiting};
 use crate::simulation::PySimulation;
-use crate::worker::{away, outcome};
+use crate::worker::{on_worker_thread, outcome};
 
 /// Factor, bracket, trials, and set and number of the moving blocks in the failing trial.
 type Found = (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(String, usize)>);
@@ -17,7 +17,7 @@ type Found = (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(Strin
 impl PySimulation {
     /// Names of later stages at which the model changes.
     fn _waiting(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        let inner = self.idle(py)?;
+        let inner = self.lock_to_move(py)?;
         let session = &inner.session;
         let mut names = waiting(session);
         let deck = session.site().deck();
@@ -39,7 +39,7 @@ impl PySimulation {
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Found> {
         let stage = read_stage(py, "safety", None, keys)?;
-        let mut inner = self.idle(py)?;
+        let mut inner = self.lock_to_move(py)?;
         let mut faults = stage.check();
         let wrong = inner.session.site().deck().check_search(&stage.search());
         let known = |key: &str| faults.iter().any(|known| known.place == format!("stage[0].{key}"));
@@ -49,7 +49,7 @@ impl PySimulation {
             return Err(errors::arguments(py, ModelError { faults }, "stage[0]."));
         }
         let simulation = inner.session.simulation_mut();
-        let (found, stopped) = away(py, self.pool(), None, |worker| {
+        let (found, stopped) = on_worker_thread(py, self.pool(), None, |worker| {
             simulation.stop_when(worker.stop_flag());
             simulation.factor_of_safety(&stage.search(), &|_| {})
         })?;

@@ -16,7 +16,7 @@ use crate::errors;
 use crate::fields;
 use crate::functions::Called;
 use crate::samples::Samples;
-use crate::worker::{Pool, away, outcome};
+use crate::worker::{Pool, on_worker_thread, outcome};
 
 /// A model in motion: its state, and the calls that change it.
 ///
@@ -71,9 +71,9 @@ impl PySimulation {
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>, quiet: bool) -> PyResult<()> {
         let n = n.map_or(Ok(1), |n| arrays::whole(n, "n"))?;
         let bar = if n > 1 { progress_bar(py, quiet)? } else { None };
-        let mut inner = self.idle(py)?;
+        let mut inner = self.lock_to_move(py)?;
         let simulation = inner.session.simulation_mut();
-        let (done, stopped) = away(py, &self.pool, bar.as_ref(), |worker| {
+        let (done, stopped) = on_worker_thread(py, &self.pool, bar.as_ref(), |worker| {
             simulation.stop_when(worker.stop_flag());
             steps(simulation, n, worker)
         })?;
@@ -102,7 +102,7 @@ impl PySimulation {
                 return Err(fields::unknown(py, &key, &key, &["damping", "time_step"]));
             }
         }
-        drop(self.idle(py)?);
+        drop(self.lock_to_move(py)?);
         let mut stage = read_stage(py, "dynamic", None, keys)?;
         // Only the check needs a duration; there is none.
         stage.duration = Some(1.0);
@@ -133,7 +133,7 @@ impl PySimulation {
     /// ValueError
     ///     The model has no such stage, or it comes before the present one (:class:`ModelError`).
     fn enter(&self, py: Python<'_>, stage: &str) -> PyResult<()> {
-        let mut inner = self.idle(py)?;
+        let mut inner = self.lock_to_move(py)?;
         let stages = &inner.session.site().deck().stage;
         let names: Vec<&str> = stages.iter().map(|stage| stage.name.as_str()).collect();
         let Some(index) = names.iter().position(|name| *name == stage) else {
@@ -141,7 +141,7 @@ impl PySimulation {
         };
         let Inner { session, .. } = &mut **inner;
         let enter = |_: &_| session.enter(index, "stage");
-        let (entered, stopped) = away(py, &self.pool, None, enter)?;
+        let (entered, stopped) = on_worker_thread(py, &self.pool, None, enter)?;
         outcome(entered, stopped, |fault| errors::model(py, &fault.into()))
     }
 
@@ -194,7 +194,7 @@ impl PySimulation {
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let mut inner = self.lock(py)?;
         let session = &mut inner.session;
-        let (saved, stopped) = away(py, &self.pool, None, |_| session.save(&path))?;
+        let (saved, stopped) = on_worker_thread(py, &self.pool, None, |_| session.save(&path))?;
         outcome(saved, stopped, |failure| errors::failure(py, &failure))
     }
 
@@ -251,7 +251,7 @@ impl PySimulation {
     }
 
     /// Lock for moving the simulation, which functions called by a run must not do.
-    pub(crate) fn idle(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Box<Inner>>> {
+    pub(crate) fn lock_to_move(&self, py: Python<'_>) -> PyResult<MutexGuard<'_, Box<Inner>>> {
         let inner = self.lock(py)?;
         if inner.running {
             return Err(errors::busy(py, "the simulation"));
@@ -267,7 +267,7 @@ impl PySimulation {
     ) -> PyResult<()> {
         let mut inner = self.lock(py)?;
         let simulation = inner.session.simulation_mut();
-        let (done, stopped) = away(py, &self.pool, None, |worker| {
+        let (done, stopped) = on_worker_thread(py, &self.pool, None, |worker| {
             simulation.stop_when(worker.stop_flag());
             work(simulation)
         })?;

@@ -11,7 +11,7 @@ use toml::{Table, Value};
 use crate::errors::model_error;
 use crate::simulation::{Inner, PySimulation};
 use crate::values::{alone, no_matter, table, to_python};
-use crate::worker::{away, outcome};
+use crate::worker::{on_worker_thread, outcome};
 use crate::{arrays, errors, fields};
 
 /// Number of rows of a field that are computed at once for a given array.
@@ -62,7 +62,7 @@ impl PySimulation {
             (nodes.as_ref().map_or(snapshot.len(field.on), Vec::len), field.components);
         let fill = |rows: Range<usize>, numbers: &mut Vec<f64>| {
             numbers.resize(rows.len() * components, 0.0);
-            let ((), stopped) = away(py, &self.pool, None, |_| match &nodes {
+            let ((), stopped) = on_worker_thread(py, &self.pool, None, |_| match &nodes {
                 None => snapshot.fill(&field, rows, numbers),
                 Some(nodes) => {
                     for (&node, numbers) in
@@ -99,7 +99,7 @@ impl PySimulation {
 
     #[setter]
     fn set_displacement(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        drop(self.idle(py)?);
+        drop(self.lock_to_move(py)?);
         let value = arrays::vectors(value, "displacement", &[&[self.n_nodes(py)?, 3]])?;
         self.moved(py, move |simulation| {
             simulation.set_displacements(&value);
@@ -116,7 +116,7 @@ impl PySimulation {
 
     #[setter]
     fn set_velocity(&self, py: Python<'_>, value: &Bound<'_, PyAny>) -> PyResult<()> {
-        drop(self.idle(py)?);
+        drop(self.lock_to_move(py)?);
         let value = arrays::vectors(value, "velocity", &[&[self.n_nodes(py)?, 3]])?;
         self.moved(py, move |simulation| {
             simulation.set_velocities(&value);
@@ -146,7 +146,7 @@ impl PySimulation {
     /// the joint), `failure_time` [s] (NaN while bonded), `damage`.
     #[getter]
     fn pairs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let pairs = self.looked(py, |inner| fields::pairs(&mut inner.session))?;
+        let pairs = self.read(py, |inner| fields::pairs(&mut inner.session))?;
         fields::pair_array(py, pairs)
     }
 
@@ -160,14 +160,14 @@ impl PySimulation {
     /// in contact.
     #[getter]
     fn contacts<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let contacts = self.looked(py, |inner| inner.session.simulation_mut().contacts())?;
+        let contacts = self.read(py, |inner| inner.session.simulation_mut().contacts())?;
         fields::contact_array(py, &contacts)
     }
 
     /// Momentum of the whole model now, the sum of m v [kg m/s], shape (3,).
     #[getter]
     fn momentum<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let momentum = self.looked(py, |inner| inner.session.simulation_mut().momentum())?;
+        let momentum = self.read(py, |inner| inner.session.simulation_mut().momentum())?;
         arrays::components(py, momentum.to_vec(), 1)
     }
 
@@ -175,8 +175,7 @@ impl PySimulation {
     /// blocks [kg m²/s], shape (3,).
     #[getter]
     fn angular_momentum<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let momentum =
-            self.looked(py, |inner| inner.session.simulation_mut().angular_momentum())?;
+        let momentum = self.read(py, |inner| inner.session.simulation_mut().angular_momentum())?;
         arrays::components(py, momentum.to_vec(), 1)
     }
 
@@ -217,7 +216,7 @@ impl PySimulation {
         keys: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let region = read_where(py, keys)?;
-        let found = self.looked(py, move |inner| {
+        let found = self.read(py, move |inner| {
             let model = inner.session.simulation().model();
             let nodes = region.nodes(model).map_err(ModelError::from)?;
             Ok(nodes.into_iter().map(i64::from).collect())
@@ -239,7 +238,7 @@ impl PySimulation {
     fn nearest_node(&self, py: Python<'_>, at: &Bound<'_, PyAny>) -> PyResult<usize> {
         let at = arrays::vectors(at, "at", &[&[3]])?;
         let at = at.first().copied().unwrap_or_default();
-        self.looked(py, move |inner| inner.session.simulation().model().nearest_node(at))
+        self.read(py, move |inner| inner.session.simulation().model().nearest_node(at))
     }
 
     /// Sum of the support forces on some nodes, as they act on the model.
@@ -264,7 +263,7 @@ impl PySimulation {
         nodes: &Bound<'py, PyAny>,
     ) -> PyResult<Bound<'py, PyAny>> {
         let nodes = arrays::nodes(nodes, "nodes", self.n_nodes(py)?)?;
-        let sum = self.looked(py, move |inner| inner.session.simulation_mut().reaction(&nodes))?;
+        let sum = self.read(py, move |inner| inner.session.simulation_mut().reaction(&nodes))?;
         arrays::components(py, sum.to_vec(), 1)
     }
 
@@ -348,7 +347,7 @@ impl PySimulation {
     /// if blocks vibrate. At the end of a run velocities are those of the present time.
     #[getter]
     fn energy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let energy = self.looked(py, |inner| inner.session.simulation_mut().energy())?;
+        let energy = self.read(py, |inner| inner.session.simulation_mut().energy())?;
         let named = PyDict::new(py);
         for (name, value) in Energy::NAMES.iter().zip(energy.values()) {
             named.set_item(name, value)?;
@@ -359,22 +358,22 @@ impl PySimulation {
     /// Summary of the run so far: the contents of `summary.json`.
     #[getter]
     fn summary<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let summary = self.looked(py, |inner| inner.session.summary())?;
+        let summary = self.read(py, |inner| inner.session.summary())?;
         to_python(py, &summary)
     }
 }
 
 impl PySimulation {
     /// Reads from the simulation.
-    pub(crate) fn looked<T: Send>(
+    pub(crate) fn read<T: Send>(
         &self,
         py: Python<'_>,
-        see: impl FnOnce(&mut Inner) -> T + Send,
+        access: impl FnOnce(&mut Inner) -> T + Send,
     ) -> PyResult<T> {
         let mut inner = self.lock(py)?;
         let inner = &mut *inner;
-        let (seen, stopped) = away(py, &self.pool, None, |_| see(inner))?;
-        outcome(Ok(seen), stopped.or_else(|| self.called.take_raised()), |error| error)
+        let (value, stopped) = on_worker_thread(py, &self.pool, None, |_| access(inner))?;
+        outcome(Ok(value), stopped.or_else(|| self.called.take_raised()), |error| error)
     }
 }
 

@@ -139,13 +139,13 @@ type Ending<T> = (Result<T, Box<dyn Any + Send>>, Option<PyErr>);
 /// Runs work on the threads of a pool, and closes the progress bar.
 ///
 /// Returns the result of the work, and the exception that made it stop.
-pub(crate) fn away<T: Send>(
+pub(crate) fn on_worker_thread<T: Send>(
     py: Python<'_>,
     pool: &Pool,
     bar: Option<&Py<PyAny>>,
     work: impl FnOnce(&Worker) -> T + Send,
 ) -> PyResult<(T, Option<PyErr>)> {
-    let done = parted(py, pool, bar, work);
+    let done = part_on_worker_thread(py, pool, bar, work);
     let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
     let (done, raised) = done?;
     Ok((done, first(py, raised, closed.err())))
@@ -164,8 +164,8 @@ fn first(py: Python<'_>, raised: Option<PyErr>, later: Option<PyErr>) -> Option<
     }
 }
 
-/// Runs a part of work like [`away`], without closing the progress bar.
-pub(crate) fn parted<T: Send>(
+/// Runs a part of work like [`on_worker_thread`], without closing the progress bar.
+pub(crate) fn part_on_worker_thread<T: Send>(
     py: Python<'_>,
     pool: &Pool,
     bar: Option<&Py<PyAny>>,

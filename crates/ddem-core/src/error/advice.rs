@@ -3,7 +3,7 @@
 use super::MovingBlock;
 
 /// Likely cause of a block that moves too fast.
-pub(super) fn too_fast(driven: Option<usize>) -> String {
+pub(super) fn block_too_fast(driven: Option<usize>) -> String {
     driven.map_or_else(
         || {
             "use a shorter `time_step`; the usual cause of such a speed is an excessive load"
@@ -16,7 +16,7 @@ pub(super) fn too_fast(driven: Option<usize>) -> String {
 }
 
 /// Likely cause of an excessive penetration.
-pub(super) fn too_deep(driven: Option<(usize, usize)>, relaxes: bool) -> String {
+pub(super) fn deep_penetration(driven: Option<(usize, usize)>, relaxes: bool) -> String {
     match driven {
         Some((fix, block)) => format!(
             "the support fix[{fix}] drives block {block} into the other: use a smaller `velocity`, or end \

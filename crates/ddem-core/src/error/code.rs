@@ -95,20 +95,20 @@ impl RunError {
     #[must_use]
     pub fn code(&self) -> ErrorCode {
         match self {
-            Self::TimeStep { .. } | Self::TooShort { .. } => ErrorCode::UnstableTimeStep,
+            Self::UnstableTimeStep { .. } | Self::TooShort { .. } => ErrorCode::UnstableTimeStep,
             Self::NoCriticalStep => ErrorCode::NoCriticalStep,
-            Self::NoMass { .. } => ErrorCode::NoRelaxationMass,
+            Self::NoRelaxationMass { .. } => ErrorCode::NoRelaxationMass,
             Self::TooManyLaws { .. } => ErrorCode::TooLarge,
             Self::Values { faults } => code_of(faults),
             Self::Stopped => ErrorCode::Stopped,
-            Self::History { .. } => ErrorCode::HistoryFailed,
+            Self::HistoryFailed { .. } => ErrorCode::HistoryFailed,
             Self::EarlierStage { .. } => ErrorCode::EarlierStage,
             Self::Diverged { .. } => ErrorCode::Diverged,
-            Self::TooFast { .. } => ErrorCode::BlockTooFast,
-            Self::TooDeep { .. } => ErrorCode::DeepPenetration,
-            Self::Collapsed { .. } => ErrorCode::NoEquilibrium,
+            Self::BlockTooFast { .. } => ErrorCode::BlockTooFast,
+            Self::DeepPenetration { .. } => ErrorCode::DeepPenetration,
+            Self::NoEquilibrium { .. } => ErrorCode::NoEquilibrium,
             Self::NotConverged { .. } => ErrorCode::NotConverged,
-            Self::OutOfReach { .. } => ErrorCode::UnreachableTolerance,
+            Self::UnreachableTolerance { .. } => ErrorCode::UnreachableTolerance,
         }
     }
 }

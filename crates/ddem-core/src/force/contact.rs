@@ -18,7 +18,7 @@ pub(crate) fn collect(
             let (contact_block, face) = (&contact_block[block as usize], patch.faces()[side]);
             for point in patch.points.iter().filter(|point| patch.acts(point)) {
                 let force = patch.force(point) * sign;
-                for (node, weight) in contact_block.weights(face, &point.spots[side]) {
+                for (node, weight) in contact_block.weights(face, &point.points[side]) {
                     for c in 0..3 {
                         f[3 * node + c].0[lane] += weight * force[c];
                     }

@@ -249,7 +249,7 @@ fn grounds<S: Simd>(
 }
 
 /// Section of a broken joint, forces of its springs, and rotations of its two blocks.
-type Pulled<'a, S> = (&'a JointSection, SpringForces, Option<[Matrix<S>; 2]>);
+type BrokenJointForces<'a, S> = (&'a JointSection, SpringForces, Option<[Matrix<S>; 2]>);
 
 /// Adds the forces of a joint lattice to its nodes and its torque to its blocks.
 #[inline(always)]
@@ -258,7 +258,7 @@ fn scatter_forces<S: Simd>(
     input: Input<'_>,
     at: JointLattice,
     rotation: Option<Matrix<S>>,
-    pull: Option<Pulled<'_, S>>,
+    pull: Option<BrokenJointForces<'_, S>>,
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
@@ -283,7 +283,7 @@ fn scatter_forces<S: Simd>(
         let (target, at) = if node.offset == 0 {
             (&mut *out.f, 3 * node.local)
         } else {
-            (&mut *out.neighbour_forces, 3 * node.share)
+            (&mut *out.neighbour_forces, 3 * node.neighbour_force)
         };
         let sum = sub(load_at(simd, target, at), gi);
         store_at(target, at, sum);
@@ -314,7 +314,7 @@ fn part_torque<S: Simd>(
     at: JointLattice,
     rotation: &Matrix<S>,
     torque: Vector<S>,
-    (section, pull, blocks): Pulled<'_, S>,
+    (section, pull, blocks): BrokenJointForces<'_, S>,
 ) -> [Vector<S>; 2] {
     let (mut own, mut others) = (zero(simd), zero(simd));
     let torque = add(torque, cross(load(simd, section.gap()), load(simd, &pull.force)));

@@ -17,7 +17,7 @@ impl Model {
     /// # Errors
     ///
     /// Those of [`set_law`](Self::set_law).
-    pub(crate) fn anew(&self) -> Result<Self, Fault> {
+    pub(crate) fn rebuilt(&self) -> Result<Self, Fault> {
         let mut model = Self::new(self.problem.clone());
         for (JointProperties { name, .. }, law) in self.properties.joints.iter().zip(&self.laws) {
             let own = self.computed.contains(&format!("joints.{name}"));

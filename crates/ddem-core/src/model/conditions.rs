@@ -1,7 +1,7 @@
 //! Supports, loads and charges, and the stages in which they are in force.
 
 mod active;
-mod idle;
+mod inactive;
 mod release;
 
 pub(crate) use active::{ActiveConditions, AppliedForces, NodalLoad, SupportedAxis, starts};
@@ -175,7 +175,7 @@ impl Conditions {
     }
 
     /// True if a charge has detonated within the last `span` of time `[s]`.
-    pub(super) fn have_gone_off(&self, span: f64, time: f64, starts: &[f64]) -> bool {
+    pub(super) fn have_detonated(&self, span: f64, time: f64, starts: &[f64]) -> bool {
         self.charged.iter().any(|TimedCharge { delay, in_force, .. }| {
             let begun = in_force.from.is_none_or(|from| from < starts.len());
             begun && (0.0..span).contains(&(in_force.since(time, starts) - delay))
@@ -201,7 +201,7 @@ impl Factor {
     }
 
     pub(crate) fn at(self, section: &str, index: usize) -> Result<f64, RunError> {
-        self.0.map_err(|(time, message)| RunError::History {
+        self.0.map_err(|(time, message)| RunError::HistoryFailed {
             entry: format!("{section}[{index}]"),
             time,
             message,

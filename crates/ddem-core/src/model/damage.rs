@@ -63,7 +63,7 @@ impl Model {
                 let contact_model = self.contact.as_ref();
                 let spacing =
                     contact_model.map_or(0.0, |contact_model| contact_model.spacing(blocks));
-                match (contacts.held(blocks), contacts.ended(blocks)) {
+                match (contacts.bonded_patch(blocks), contacts.ended(blocks)) {
                     (Some((patch, bond)), _) => {
                         (JointPairs::Patch(&patch.points), Some(bond.law), spacing, false)
                     }

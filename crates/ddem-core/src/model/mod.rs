@@ -277,7 +277,7 @@ impl Model {
         let speeds = self.properties.materials.iter().map(Elastic::p_speed);
         let [low, high] = self.geometry.bounds;
         let span = CROSSINGS * (high - low).norm() / speeds.fold(f64::INFINITY, f64::min);
-        self.conditions.have_gone_off(span, time, starts)
+        self.conditions.have_detonated(span, time, starts)
     }
 
     /// Nodes of a block.

@@ -101,7 +101,7 @@ impl Model {
             .unwrap_or_default();
         patch.points.iter().map(move |point| {
             let side = |block: usize, side: usize| {
-                placed[block].rest_point(patch.faces()[side], &point.spots[side])
+                placed[block].rest_point(patch.faces()[side], &point.points[side])
             };
             let [(x, on_a), (y, on_b)] = [side(a, 0), side(b, 1)];
             let first = [a, b].map(|block| self.geometry.blocks[block].first_node);

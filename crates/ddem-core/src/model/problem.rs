@@ -22,7 +22,7 @@ pub use crate::model::mechanism::FreeMotion;
 pub use crate::model::rules::{Faults, Rule, shown};
 pub use crate::model::stage::StageRange;
 pub use ddem_mechanics::collide::FaceId;
-pub use ddem_mesh::grid::meeting;
+pub use ddem_mesh::grid::overlapping_pairs;
 pub use ddem_mesh::in_situ::Stress;
 pub use ddem_mesh::properties::{
     ContactProperties, DAMPING, JointElasticity, JointProperties, Properties,

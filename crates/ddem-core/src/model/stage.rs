@@ -156,9 +156,9 @@ impl Default for SafetySearch {
 }
 
 impl SafetySearch {
-    /// Faults of the search, by key. `breaks` tells if a joint can fail; it returns `None` for an
+    /// Faults of the search, by key. `can_fail` tells if a joint can fail; it returns `None` for an
     /// unknown name.
-    pub fn check(&self, breaks: &dyn Fn(&str) -> Option<bool>) -> Vec<Fault> {
+    pub fn check(&self, can_fail: &dyn Fn(&str) -> Option<bool>) -> Vec<Fault> {
         let mut faults = Faults::default();
         faults.number("resolution", self.resolution, Rule::AboveZero);
         faults.number("limit", self.limit, Rule::AboveZero);
@@ -180,7 +180,7 @@ impl SafetySearch {
             );
         }
         for name in self.joints.iter().flatten() {
-            match breaks(name) {
+            match can_fail(name) {
                 None => faults.add(
                     ErrorCode::UnknownName,
                     "joints",

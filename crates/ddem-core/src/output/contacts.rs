@@ -184,7 +184,7 @@ fn seen(
     let faces = patch.faces();
     patch.points.iter().filter(|point| bears(point)).map(move |point| {
         let at = [0, 1]
-            .map(|side| configuration.position([a, b][side], faces[side], &point.spots[side]));
+            .map(|side| configuration.position([a, b][side], faces[side], &point.points[side]));
         let springs = point.pair.state.traction;
         let limit = patch.both.friction.strength(laws, springs.normal);
         Contact {

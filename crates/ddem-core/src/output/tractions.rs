@@ -178,7 +178,7 @@ fn see_nonconforming(
     contacts: &Contacts,
     see: &mut impl FnMut(usize, PairView<'_>),
 ) {
-    let Some((patch, bond)) = contacts.held(joint.patch.blocks) else { return };
+    let Some((patch, bond)) = contacts.bonded_patch(joint.patch.blocks) else { return };
     let axes = patch.frame();
     for (i, point) in patch.points.iter().enumerate() {
         let pair = &point.pair;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::Snapshot;
-use crate::step::{Poses, carry, present};
+use crate::step::{Poses, present, set_corner_velocities};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::leapfrog::local_damping;
 use ddem_mechanics::rigid::Pose;
@@ -23,7 +23,7 @@ impl Snapshot<'_> {
             let (pack, lane) = model.packs.slot(block);
             let corners = rigid.binary_search(&pack).ok().map(|at| {
                 let mut corners = [Lanes::ZERO; 24];
-                carry(model, pack, &poses[at], &mut corners);
+                set_corner_velocities(model, pack, &poses[at], &mut corners);
                 corners
             });
             move |node| {
@@ -42,7 +42,12 @@ impl Snapshot<'_> {
         for (index, pack) in self.model.packs.packs.iter().enumerate() {
             if pack.rigid {
                 let nodes = 3 * pack.start..3 * (pack.start + 8);
-                carry(self.model, index, &poses[pack.rigid_start], &mut velocities[nodes]);
+                set_corner_velocities(
+                    self.model,
+                    index,
+                    &poses[pack.rigid_start],
+                    &mut velocities[nodes],
+                );
                 continue;
             }
             for at in 0..3 * self.model.packs.shape_of(pack).nodes {

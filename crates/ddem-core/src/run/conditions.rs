@@ -43,14 +43,14 @@ impl Simulation {
         // The reactions are those with the blocks that are removed now.
         if !self.model.boundaries.list.is_empty() {
             self.measure_once();
-            let borne =
+            let carried =
                 (&self.view.conditions, &self.scratch.reactions[..], &self.state.locked_reactions);
             self.state.locked_reactions =
-                self.model.boundaries.locked_reactions(stage, borne, &active);
+                self.model.boundaries.locked_reactions(stage, carried, &active);
             self.begin_columns(stage);
         }
         let state = &mut *self.state;
-        state.fresh.get_or_insert(StageEntry { left, first: left + 1 });
+        state.stage_entry.get_or_insert(StageEntry { left, first: left + 1 });
         state.stage = stage;
         // Skipped stages begin together with this one.
         state.stage_starts.resize(stage, state.time);
@@ -81,7 +81,7 @@ impl Simulation {
             stiffness * each.sum::<f64>()
         };
         let alone: Vec<f64> = gases.iter().map(own).collect();
-        let meet = meeting(gases.iter().map(|(nodes, _)| &nodes[..]));
+        let meet = lists_that_share_nodes(gases.iter().map(|(nodes, _)| &nodes[..]));
         // Gershgorin's bound: the coupling of two gases is at most the geometric mean of both.
         let row = |i: usize| meet[i].iter().map(|&j| (alone[i] * alone[j]).sqrt()).sum::<f64>();
         match (0..gases.len()).map(row).fold(0.0, f64::max) {
@@ -102,22 +102,22 @@ impl Simulation {
         Some(ChargeState {
             pressure: push.pressure * factor,
             volume: push.volume,
-            vented: push.shells.iter().all(|shell| shell.left.is_some()),
-            began: shells.iter().map(|shell| shell.began).sum(),
+            vented: push.shells.iter().all(|shell| shell.venting_volume.is_some()),
+            detonation_volume: shells.iter().map(|shell| shell.detonation_volume).sum(),
         })
     }
 
     /// Resets the critical steps if a charge detonates now in a volume smaller than at the start.
     /// Its gas is then stiffer and needs a shorter step.
     pub(super) fn check_new_gas(&mut self) -> Result<(), RunError> {
-        if self.state.shells.iter().all(|shell| shell.began.is_some()) {
+        if self.state.shells.iter().all(|shell| shell.detonation_volume.is_some()) {
             return Ok(());
         }
         self.update_factors()?;
         let factors = self.view.factors.iter().skip(self.model.conditions.loaded.len());
         let acts = self.charged().zip(factors).filter(|(_, factor)| **factor != 0.0);
         let mut shells = acts.flat_map(|((_, shells), _)| shells);
-        let begins = shells.any(|shell| shell.began.is_none());
+        let begins = shells.any(|shell| shell.detonation_volume.is_none());
         drop(shells);
         if !begins {
             return Ok(());
@@ -126,7 +126,10 @@ impl Simulation {
         let before = std::mem::replace(&mut self.state.shells, shells);
         let shells = self.charged().flat_map(|(charge, shells)| charge.shells.iter().zip(shells));
         let narrow = shells.zip(&before).any(|((shell, now), before)| {
-            before.began.is_none() && now.began.is_some_and(|began| began < NARROW * shell.volume)
+            before.detonation_volume.is_none()
+                && now
+                    .detonation_volume
+                    .is_some_and(|detonation_volume| detonation_volume < NARROW * shell.volume)
         });
         if narrow {
             self.critical_steps = [None; 2];
@@ -245,7 +248,7 @@ impl Simulation {
     }
 
     /// Brings the velocities of the columns to the present time.
-    pub(super) fn settle_columns(&mut self) {
+    pub(super) fn synchronise_columns(&mut self) {
         for ([_, v], mean) in self.state.columns.iter_mut().zip(&self.view.columns.mean) {
             *v = *mean;
         }
@@ -253,7 +256,7 @@ impl Simulation {
 }
 
 /// Indices of the lists that share a node with each list of nodes, itself included, in order.
-fn meeting<'a>(lists: impl Iterator<Item = &'a [u32]>) -> Vec<BTreeSet<usize>> {
+fn lists_that_share_nodes<'a>(lists: impl Iterator<Item = &'a [u32]>) -> Vec<BTreeSet<usize>> {
     let (mut places, mut meet) = (Vec::new(), Vec::new());
     for (list, nodes) in lists.enumerate() {
         places.extend(nodes.iter().map(|&node| (node, list)));
@@ -270,13 +273,15 @@ fn meeting<'a>(lists: impl Iterator<Item = &'a [u32]>) -> Vec<BTreeSet<usize>> {
 
 #[cfg(test)]
 mod tests {
-    use super::meeting;
+    use super::lists_that_share_nodes;
 
     #[test]
     fn lists_with_common_nodes_are_found() {
         let lists: [&[u32]; 5] = [&[1, 2, 3], &[7, 9], &[3, 4], &[], &[4, 9]];
-        let met: Vec<Vec<usize>> =
-            meeting(lists.into_iter()).into_iter().map(|met| met.into_iter().collect()).collect();
+        let met: Vec<Vec<usize>> = lists_that_share_nodes(lists.into_iter())
+            .into_iter()
+            .map(|met| met.into_iter().collect())
+            .collect();
         assert_eq!(met, [vec![0, 2], vec![1, 4], vec![0, 2, 4], vec![], vec![1, 2, 4]]);
     }
 }

@@ -106,7 +106,7 @@ impl Simulation {
         // The removals of one stage take equal parts of the forces, and each part fades by itself.
         let part = 1.0 / fading.len() as f64;
         missing.values_mut().flatten().for_each(|x| *x *= part);
-        let released = FadingForces { began: self.state.time, forces: missing };
+        let released = FadingForces { start_time: self.state.time, forces: missing };
         for &load in fading {
             self.model.set_released(load, &released);
             self.state.load_factors[load] = 1.0;
@@ -152,7 +152,7 @@ impl Simulation {
                 patch.points = Box::default();
             }
         }
-        contacts.take_in_released(ended);
+        contacts.add_released(ended);
         contacts.near.clear();
         contacts.known = false;
         contacts.renew(Vec::new());

@@ -24,8 +24,8 @@ impl Simulation {
     }
 
     /// Sets the strengths to a part of the way from those of the stage `left` to those of the
-    /// present stage. With `anew`, contacts whose friction has changed are remade.
-    pub(super) fn ramp_strengths(&mut self, left: usize, part: f64, anew: bool) {
+    /// present stage. With `remake`, contacts whose friction has changed are remade.
+    pub(super) fn ramp_strengths(&mut self, left: usize, part: f64, remake: bool) {
         let Self { model, state, .. } = self;
         let before = model.back(left, state.stage);
         let differs = |block: u32| model.geometry.differs(&before, block as usize);
@@ -33,8 +33,9 @@ impl Simulation {
             return;
         }
         let contacts = &mut state.contacts;
-        contacts
-            .remake(|patch| anew && patch.bond.is_none() && patch.blocks.into_iter().any(differs));
+        contacts.remake(|patch| {
+            remake && patch.bond.is_none() && patch.blocks.into_iter().any(differs)
+        });
         let laws = model.ramp(&before, part);
         for patch in &mut contacts.patches {
             if let (Some(bond), Some(law)) = (&mut patch.bond, laws.get(&patch.blocks)) {
@@ -68,7 +69,7 @@ impl Simulation {
     /// joints that fail under the whole displacement at once have another history.
     #[must_use]
     pub fn default_increments(&self) -> u32 {
-        let driven = self.state.fresh.map(|fresh| fresh.first..=self.state.stage);
+        let driven = self.state.stage_entry.map(|entry| entry.first..=self.state.stage);
         let support_increments = driven
             .map(|stages| self.model.conditions.support_increments(stages, 1.0))
             .unwrap_or_default();

@@ -87,7 +87,7 @@ impl Simulation {
             let snapshot = self.as_measured();
             let (v, poses) = (snapshot.velocities(), snapshot.poses());
             self.state.v = v;
-            self.settle_columns();
+            self.synchronise_columns();
             self.state.poses = poses;
             // The failures and the slip of the measurement become part of the state.
             std::mem::swap(&mut self.state.broken_joints, &mut self.scratch.trial);

@@ -169,9 +169,9 @@ impl Simulation {
 
     /// Loads in force whose history is 0 at the present time, by their numbers in the deck.
     #[must_use]
-    pub fn idle_loads(&self) -> Vec<usize> {
+    pub fn loads_at_zero(&self) -> Vec<usize> {
         let State { stage, time, stage_starts, .. } = &*self.state;
-        self.model.conditions.idle(*stage, *time, stage_starts, self.model.n_loads())
+        self.model.conditions.loads_at_zero(*stage, *time, stage_starts, self.model.n_loads())
     }
 
     /// Stage of the deck whose supports and loads are in force.
@@ -186,16 +186,16 @@ impl Simulation {
     ///
     /// # Errors
     ///
-    /// [`RunError::Diverged`] if a number is not finite. [`RunError::TooFast`] and
-    /// [`RunError::TooDeep`] if a block moved so far, or penetrates another so deeply, that
-    /// contacts could be missed. [`RunError::History`] if a history that a program computes has no
-    /// value; nothing has moved then. The first step, and one after an excavation, also have those
-    /// of [`start`](Self::start).
+    /// [`RunError::Diverged`] if a number is not finite. [`RunError::BlockTooFast`] and
+    /// [`RunError::DeepPenetration`] if a block moved so far, or penetrates another so deeply, that
+    /// contacts could be missed. [`RunError::HistoryFailed`] if a history that a program computes
+    /// has no value; nothing has moved then. The first step, and one after an excavation, also have
+    /// those of [`start`](Self::start).
     pub fn step(&mut self) -> Result<(), RunError> {
         if !self.started {
             self.start(self.damping, TimeStep::Auto, None)?;
         }
-        self.state.fresh = None;
+        self.state.stage_entry = None;
         self.check_new_gas()?;
         if self.critical_steps[0].is_none() || self.state.before == 0.0 {
             self.check_step()?;

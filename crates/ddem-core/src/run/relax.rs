@@ -62,7 +62,7 @@ impl Simulation {
         let conditions = &self.model.conditions;
         let mut to = conditions.factors(state.stage, state.time, &state.stage_starts)?;
         to.push(1.0);
-        let left = state.fresh.map_or(state.stage, |fresh| fresh.left);
+        let left = state.stage_entry.map_or(state.stage, |entry| entry.left);
         if increments > 1 {
             self.model.check_ramp(&self.model.back(left, state.stage))?;
         }
@@ -76,7 +76,7 @@ impl Simulation {
             increments: u64::from(increments.max(1)),
             increment: 1,
             left,
-            driven: state.fresh.map(|fresh| fresh.first),
+            driven: state.stage_entry.map(|entry| entry.first),
             from: match all {
                 true => self.model.conditions.at_once(&to, &state.load_factors),
                 false => state.load_factors.clone(),
@@ -88,7 +88,7 @@ impl Simulation {
         let stop = self.stop.clone();
         let begins = progress.clone();
         self.go_on_relaxing(progress, &|| stop.load(Ordering::Relaxed))?;
-        self.state.fresh = None;
+        self.state.stage_entry = None;
         self.keep_slip(true);
         self.begin_increment(&begins);
         self.state.restart_watch(&self.model, true);
@@ -136,8 +136,8 @@ impl Simulation {
             held.entry(node).or_default()[axis] = true;
         }
         let has_failed = self.state.failed != [0; 2];
-        let meeting = ContactMasses::new(&self.model, &self.state.contacts);
-        let mut preconditioner = Preconditioner::new(&self.model, &held, meeting, stop)?;
+        let contact_masses = ContactMasses::new(&self.model, &self.state.contacts);
+        let mut preconditioner = Preconditioner::new(&self.model, &held, contact_masses, stop)?;
         let mut largest: f64 = 0.0;
         for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {
             let mut broken_joints = self.model.tangent(broken);
@@ -153,7 +153,7 @@ impl Simulation {
         largest += self.gas(&preconditioner, to);
         // Contacts are at most as stiff as their part of the masses, and add to the other
         // stiffness.
-        preconditioner.scale(LARGEST / (largest + if meeting.any { 1.0 } else { 0.0 }));
+        preconditioner.scale(LARGEST / (largest + if contact_masses.any { 1.0 } else { 0.0 }));
         Ok(preconditioner)
     }
 
@@ -201,7 +201,7 @@ impl Simulation {
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
         let sums = self.unbalanced_sums(progress)?;
-        if preconditioner.meeting != ContactMasses::new(&self.model, &self.state.contacts) {
+        if preconditioner.contact_masses != ContactMasses::new(&self.model, &self.state.contacts) {
             // This overwrites the forces: the step is not taken, and the next begins from rest.
             *preconditioner = self.masses(&progress.to, &|| false)?;
             self.state.v.fill(Lanes::ZERO);
@@ -233,8 +233,12 @@ impl Simulation {
     fn unbalanced_sums(&mut self, progress: &mut RelaxationProgress) -> Result<StepSums, RunError> {
         self.view.factors = progress.present_factors();
         // No gas vents while time stands still.
-        let began = self.update_gas().into_iter().map(|fill| fill.began);
-        self.state.shells.iter_mut().zip(began).for_each(|(shell, began)| shell.began = began);
+        let detonation_volume = self.update_gas().into_iter().map(|fill| fill.detonation_volume);
+        self.state
+            .shells
+            .iter_mut()
+            .zip(detonation_volume)
+            .for_each(|(shell, detonation_volume)| shell.detonation_volume = detonation_volume);
         let (context, state, scratch) = self.parts();
         let State { u, v, poses, broken_joints, contacts, .. } = state;
         let (mut sums, losses) =
@@ -269,7 +273,7 @@ impl Simulation {
         self.keep_slip(true);
         self.begin_increment(progress);
         let state = &mut *self.state;
-        state.watch.note_calm(state.steps);
+        state.watch.note_near_equilibrium(state.steps);
         state.restart_watch(&self.model, false);
         Relaxed::Increment(done)
     }
@@ -299,7 +303,7 @@ impl Simulation {
         let moved = advance_relaxing(&self.model, preconditioner, [keep, push], state, scratch);
         self.state.work.damping += 0.5 * moved.power;
         self.state.steps += 1;
-        progress.walk(moved.moved.sqrt());
+        progress.add_path(moved.moved.sqrt());
         self.state.path_length = progress.path_length;
     }
 
@@ -307,7 +311,7 @@ impl Simulation {
     fn check_motion(&mut self) -> Result<(), RunError> {
         self.state.watch_motion(&self.model, self.last.ratio(), true);
         if self.state.watch.fails(self.far) {
-            return Err(self.collapse());
+            return Err(self.no_equilibrium());
         }
         if self.state.watch.rattles(self.state.steps) {
             self.keep_slip(true);
@@ -319,13 +323,13 @@ impl Simulation {
     /// only, so that no overshoot causes failure. The other pairs are checked again at the new
     /// equilibrium. Rotated joints release their bonded pairs when nothing is overloaded.
     fn fails_now(&mut self, progress: &mut RelaxationProgress, tolerance: f64) -> bool {
-        let near = tolerance.max(if progress.looked { 0.0 } else { NEAR });
+        let near = tolerance.max(if progress.failure_checked { 0.0 } else { NEAR });
         if self.last.ratio() > near || !progress.has_stopped(near) || !self.model.can_fail() {
             return false;
         }
-        progress.looked = true;
+        progress.failure_checked = true;
         let state = &mut *self.state;
-        state.watch.note_calm(state.steps);
+        state.watch.note_near_equilibrium(state.steps);
         let overload = self.as_measured().overload();
         let turning = overload <= 1.0;
         if turning && !self.as_measured().hinges() {
@@ -355,10 +359,10 @@ impl Simulation {
     /// # Errors
     ///
     /// [`RunError::NotConverged`] after `max_steps` steps, with the ratio reached;
-    /// [`RunError::Collapsed`] if blocks move without end; [`RunError::OutOfReach`] if rounding
-    /// keeps the ratio above the tolerance; [`RunError::TooDeep`] if a contact does not carry its
-    /// load; [`RunError::Diverged`]; [`RunError::Values`] of a tolerance that is not between 0 and
-    /// 1; those of [`start_relaxation`](Self::start_relaxation).
+    /// [`RunError::NoEquilibrium`] if blocks move without end; [`RunError::UnreachableTolerance`]
+    /// if rounding keeps the ratio above the tolerance; [`RunError::DeepPenetration`] if a contact
+    /// does not carry its load; [`RunError::Diverged`]; [`RunError::Values`] of a tolerance that is
+    /// not between 0 and 1; those of [`start_relaxation`](Self::start_relaxation).
     pub fn relax(&mut self, tolerance: f64, max_steps: u64) -> Result<u64, RunError> {
         allow_tolerance(tolerance)?;
         self.start_relaxation(self.default_increments())?;

@@ -80,7 +80,7 @@ impl Simulation {
         }
         let (force, block) = most;
         let (ratio, joint) = (self.last.ratio(), self.stiffest_joint(block));
-        Some(RunError::OutOfReach { ratio, tolerance, block, force, joint, far })
+        Some(RunError::UnreachableTolerance { ratio, tolerance, block, force, joint, far })
     }
 
     /// Rounding forces of points that act on each other, due to their positions: block, distance

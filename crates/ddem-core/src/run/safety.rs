@@ -154,7 +154,8 @@ impl Simulation {
     ///
     /// The state belongs to another model, or is not finite.
     pub fn back_to(&self, saved: &Saved) -> Result<Self, RunError> {
-        let model = self.model.anew().map_err(|fault| RunError::Values { faults: vec![fault] })?;
+        let model =
+            self.model.rebuilt().map_err(|fault| RunError::Values { faults: vec![fault] })?;
         let simd = Simd::of(self.scratch.level);
         // Among the states of a run, only one that is not finite cannot be restored.
         let mut copy = Self::restore(model, simd, saved).map_err(|_| self.diverged())?;
@@ -202,11 +203,11 @@ impl Simulation {
         loop {
             match self.relax_step(search.tolerance) {
                 Ok(Relaxed::Done) => return Ok(Verdict::AtRest),
-                Err(RunError::Collapsed { .. } | RunError::TooDeep { .. }) => {
+                Err(RunError::NoEquilibrium { .. } | RunError::DeepPenetration { .. }) => {
                     return Ok(Verdict::Fails);
                 }
                 // Only rounding is out of balance.
-                Err(RunError::OutOfReach { .. }) => return Ok(Verdict::AtRest),
+                Err(RunError::UnreachableTolerance { .. }) => return Ok(Verdict::AtRest),
                 Err(error) => return Err(error),
                 Ok(_) if *steps >= search.max_steps => return Ok(Verdict::Undecided),
                 Ok(_) => *steps += 1,

@@ -47,10 +47,10 @@ impl Simulation {
     /// Error of a stage in which blocks continue to move against each other, with the blocks that
     /// have moved so far.
     #[must_use]
-    pub fn collapse(&self) -> RunError {
+    pub fn no_equilibrium(&self) -> RunError {
         let (blocks, distance) = self.state.farthest(&self.model);
         let (ratio, failed) = (self.last.ratio(), self.state.failed.iter().sum());
-        RunError::Collapsed { blocks, distance, moving: self.moving_blocks(), ratio, failed }
+        RunError::NoEquilibrium { blocks, distance, moving: self.moving_blocks(), ratio, failed }
     }
 
     /// Blocks that have moved since pairs last failed, or since the stage or increment began, by
@@ -89,7 +89,7 @@ impl Simulation {
                 let (step, time) = (self.state.steps, self.state.time);
                 let driven = blocks.iter().find_map(|&block| Some((self.driver(block)?, block)));
                 let relaxes = self.motion.fictitious;
-                return Err(RunError::TooDeep {
+                return Err(RunError::DeepPenetration {
                     blocks,
                     sets,
                     step,
@@ -132,7 +132,7 @@ impl Simulation {
         }
         let (step, time) = (self.state.steps, self.state.time);
         let (set, driven) = (self.model.set_name(block), self.driver(block));
-        Err(RunError::TooFast { block, set, step, time, distance, edge, driven })
+        Err(RunError::BlockTooFast { block, set, step, time, distance, edge, driven })
     }
 
     /// Speed of the fastest node `[m/s]` and its block, among the blocks that `wanted` selects by

@@ -154,7 +154,7 @@ impl Simulation {
         }
         let given = if let TimeStep::Seconds(step) = time_step { Some(step) } else { None };
         if let Some(time_step) = given.filter(|&step| step > critical) {
-            return Err(RunError::TimeStep { time_step, critical });
+            return Err(RunError::UnstableTimeStep { time_step, critical });
         }
         let shortest = given.into_iter().chain(duration).fold(f64::INFINITY, f64::min);
         if shortest < SHORTEST_STEP * critical {
@@ -182,7 +182,7 @@ impl Simulation {
         self.change_motion(Motion::dynamic(&self.model.assembly, damping, before, step));
         self.damping = damping;
         self.drop_relaxation();
-        self.state.fresh = None;
+        self.state.stage_entry = None;
         self.state.origin = (self.state.time, self.state.steps);
         self.started = true;
         self.state.restart_watch(&self.model, true);
@@ -220,7 +220,7 @@ impl Simulation {
         if time_step > critical {
             // The next step must report this, too.
             self.critical_steps = [None; 2];
-            return Err(RunError::TimeStep { time_step, critical });
+            return Err(RunError::UnstableTimeStep { time_step, critical });
         }
         Ok(())
     }

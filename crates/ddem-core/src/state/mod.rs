@@ -63,7 +63,7 @@ pub(crate) struct State {
     /// Present stage, by its number in the deck.
     pub(crate) stage: usize,
     /// Entry into the present stage, as long as the stage has not begun to move.
-    pub(crate) fresh: Option<StageEntry>,
+    pub(crate) stage_entry: Option<StageEntry>,
     /// Times at which the stages so far began `[s]`.
     pub(crate) stage_starts: Vec<f64>,
     /// Displacements `[m]`.
@@ -123,7 +123,7 @@ impl State {
             automatic: false,
             steps: 0,
             stage: 0,
-            fresh: Some(StageEntry { left: 0, first: 0 }),
+            stage_entry: Some(StageEntry { left: 0, first: 0 }),
             stage_starts: vec![0.0],
             u: vec![Lanes::ZERO; n],
             v: vec![Lanes::ZERO; n],

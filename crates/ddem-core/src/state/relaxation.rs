@@ -24,7 +24,7 @@ pub(crate) struct RelaxationProgress {
     pub(crate) from: Vec<f64>,
     pub(crate) to: Vec<f64>,
     /// True if failure has been checked near this equilibrium.
-    pub(crate) looked: bool,
+    pub(crate) failure_checked: bool,
     /// True if blocks have rotated far, so that the masses rotate with them.
     pub(crate) turned: bool,
     /// Number of successive checks at which only rounding was out of balance.
@@ -53,7 +53,7 @@ impl RelaxationProgress {
         self.increment as f64 / self.increments as f64
     }
 
-    pub(crate) fn walk(&mut self, step: f64) {
+    pub(crate) fn add_path(&mut self, step: f64) {
         self.path_length += step;
         self.last.push_back(step);
         if self.last.len() > WINDOW {
@@ -77,7 +77,7 @@ impl RelaxationProgress {
     pub(crate) fn rest(&mut self) {
         self.since_restart = 0;
         self.last.clear();
-        self.looked = false;
+        self.failure_checked = false;
         self.rounded = 0;
     }
 }

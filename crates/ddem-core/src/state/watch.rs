@@ -92,7 +92,7 @@ pub(crate) struct MotionWatch {
     /// Step of the last event.
     pub(crate) since: u64,
     /// Largest number of steps from an event to near equilibrium; 0 if unknown.
-    pub(super) calm: u64,
+    pub(super) settling_steps: u64,
     /// Values at each sample: motion of touching blocks as a fraction of an edge, unbalanced force
     /// ratio, and motion of blocks in flight.
     pub(super) samples: Vec<[f64; 3]>,
@@ -112,8 +112,8 @@ impl MotionWatch {
     }
 
     /// Notes that forces are nearly in equilibrium.
-    pub(crate) fn note_calm(&mut self, step: u64) {
-        self.calm = self.calm.max(step - self.since.min(step));
+    pub(crate) fn note_near_equilibrium(&mut self, step: u64) {
+        self.settling_steps = self.settling_steps.max(step - self.since.min(step));
     }
 
     /// True at a sample if forces have not faded for long although no motion continues. Slip that
@@ -128,7 +128,11 @@ impl MotionWatch {
 
     /// Number of steps after an event from which a verdict is possible.
     fn waiting_time(&self) -> u64 {
-        if self.calm == 0 { DEFAULT_WAIT } else { SHORTEST_WAIT.max(self.calm.saturating_mul(2)) }
+        if self.settling_steps == 0 {
+            DEFAULT_WAIT
+        } else {
+            SHORTEST_WAIT.max(self.settling_steps.saturating_mul(2))
+        }
     }
 
     /// True if a relaxation has become an endless motion: it reaches `far`, as a fraction of an
@@ -248,7 +252,7 @@ mod tests {
             [touching, ratio, flight]
         };
         MotionWatch {
-            calm: 400,
+            settling_steps: 400,
             samples: (1..=steps / SAMPLE_INTERVAL).map(sample).collect(),
             ..MotionWatch::default()
         }

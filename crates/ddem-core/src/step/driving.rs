@@ -1,6 +1,6 @@
 //! Displacement of supports at once, between two equilibria.
 
-use super::rigid::{follow, held_increments};
+use super::rigid::{follow_corners, held_increments};
 use super::{Context, PackContext};
 use crate::state::State;
 use ddem_mechanics::math::lanes::LANES;
@@ -24,7 +24,7 @@ pub(crate) fn apply_support_displacements(context: Context<'_>, state: &mut Stat
         if pack.rigid {
             let poses = &mut state.poses[pack.rigid_start];
             held_increments(&own, poses, support_increments);
-            follow(context.model, index, poses, u, support_increments);
+            follow_corners(context.model, index, poses, u, support_increments);
         } else {
             for support in supports {
                 let at = support.at as usize - 3 * pack.start;

@@ -38,7 +38,7 @@ use context::PackContext;
 pub(crate) use driving::apply_support_displacements;
 pub(crate) use first::{FirstPass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
-pub(crate) use rigid::{Poses, carry, present};
+pub(crate) use rigid::{Poses, present, set_corner_velocities};
 
 /// Forces on a pack from others: those of the joints at its lower sides, and of contacts.
 #[derive(Clone, Copy)]
@@ -73,7 +73,7 @@ pub(crate) fn step(
     let moved =
         StateMotion { u: Access::Write(u), v: Access::Write(v), poses: Access::Write(poses) };
     let sums = second_pass(context, moved, contacts, scratch);
-    scratch.travel(contacts, context.motion.time_step);
+    scratch.add_travel(contacts, context.motion.time_step);
     state.count_step(context.motion.time_step);
     Some((sums, losses))
 }

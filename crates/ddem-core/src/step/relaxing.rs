@@ -5,7 +5,7 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, dispatch};
 use fearless_simd_macros::simd;
 
-use super::rigid::follow;
+use super::rigid::follow_corners;
 use crate::model::Model;
 use crate::state::State;
 use crate::step::frames::{fit_pack, frame_of};
@@ -28,7 +28,7 @@ pub(crate) fn advance_relaxing(
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
         dispatch!(level, simd => run_relaxing(simd, model, preconditioner, [a, b], f, &run, &mut fields));
     });
-    scratch.travel(&mut state.contacts, 1.0);
+    scratch.add_travel(&mut state.contacts, 1.0);
     StepSums::total(&scratch.sums)
 }
 
@@ -82,7 +82,7 @@ fn run_relaxing<S: Simd>(
         fields.sums[index - run.start] = sums;
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
-            follow(model, index, poses, u, v);
+            follow_corners(model, index, poses, u, v);
             fields.frames[index - run.start] = frame_of(poses);
         } else if model.corotational() {
             fields.frames[index - run.start] = fit_pack(simd, model, index, u);

@@ -191,9 +191,11 @@ pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
         (0..2).for_each(|side| sums.damping[side] += rigid_step.damping[side]);
         f.iter().for_each(|f| sums.free += f.0[lane] * f.0[lane]);
         q.iter().zip(&*v).for_each(|(q, v)| sums.loads[0] += q.0[lane] * v.0[lane]);
-        let (next, way) = rigid_step.next.moved(member.mass_properties, pack.step.motion.time_step);
+        let (next, increment) =
+            rigid_step.next.moved(member.mass_properties, pack.step.motion.time_step);
         for corner in 0..8 {
-            let v_new = way.velocity(&(before[lane].turn * member.mass_properties.arm(corner)));
+            let v_new =
+                increment.velocity(&(before[lane].turn * member.mass_properties.arm(corner)));
             for c in 0..3 {
                 v[3 * corner + c].0[lane] = v_new[c];
                 sums.fastest.0[lane] = sums.fastest.0[lane].max(v_new[c].abs());
@@ -235,7 +237,7 @@ pub(crate) fn present(context: Context<'_>, index: usize, poses: &Poses, f: &[La
 }
 
 /// Sets the velocities of the corners of a pack to those of its blocks.
-pub(crate) fn carry(model: &Model, index: usize, poses: &Poses, v: &mut [Lanes]) {
+pub(crate) fn set_corner_velocities(model: &Model, index: usize, poses: &Poses, v: &mut [Lanes]) {
     let pack = &model.packs.packs[index];
     for (lane, pose) in poses.iter().enumerate().take(pack.filled) {
         let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
@@ -246,7 +248,13 @@ pub(crate) fn carry(model: &Model, index: usize, poses: &Poses, v: &mut [Lanes])
 /// Moves the blocks of a pack in a relaxation as their corners move. The velocities `v` of the
 /// corners are their displacement increments in this step. Then sets the displacements of the
 /// corners from the poses.
-pub(super) fn follow(model: &Model, index: usize, poses: &mut Poses, u: &mut [Lanes], v: &[Lanes]) {
+pub(super) fn follow_corners(
+    model: &Model,
+    index: usize,
+    poses: &mut Poses,
+    u: &mut [Lanes],
+    v: &[Lanes],
+) {
     let pack = &model.packs.packs[index];
     for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
         let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];

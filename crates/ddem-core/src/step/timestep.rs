@@ -339,21 +339,22 @@ pub(crate) fn largest_of_gases(
     let places = gases.iter().flat_map(|(nodes, ..)| nodes);
     let walls: BTreeSet<usize> = places.map(|node| model.node_slot(*node as usize).pack).collect();
     scratch.f.fill(Lanes::ZERO);
-    let mut way = vec![Lanes::ZERO; 3 * model.packs.nodes];
+    let mut response = vec![Lanes::ZERO; 3 * model.packs.nodes];
     for (nodes, k, areas) in gases {
         for (node, area) in nodes.iter().zip(areas) {
             model.set(&mut scratch.f, *node as usize, (*area).into());
         }
         for &pack in &walls {
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
-            way[range.clone()].fill(Lanes::ZERO);
+            response[range.clone()].fill(Lanes::ZERO);
             dispatch!(scratch.level, simd => {
-                accelerations(simd, model, None, preconditioner, pack, &scratch.f, &mut way[range.clone()])
+                accelerations(simd, model, None, preconditioner, pack, &scratch.f, &mut response[range.clone()])
             });
         }
         let with = |(nodes, other, areas): &(Vec<u32>, f64, Vec<Vec3>)| {
-            let work =
-                |(node, area): (&u32, &Vec3)| Vec3::from(model.get(&way, *node as usize)).dot(area);
+            let work = |(node, area): (&u32, &Vec3)| {
+                Vec3::from(model.get(&response, *node as usize)).dot(area)
+            };
             (k * other).sqrt() * nodes.iter().zip(areas).map(work).sum::<f64>().abs()
         };
         largest = largest.max(gases.iter().map(with).sum());

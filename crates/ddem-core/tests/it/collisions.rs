@@ -117,8 +117,8 @@ fn energies_balance_in_collisions_with_short_steps() {
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum End {
     Back,
-    TooFast,
-    TooDeep,
+    BlockTooFast,
+    DeepPenetration,
     Through,
     Diverged,
 }
@@ -155,14 +155,14 @@ fn at_plate(random: &mut Random, part_of_limit: f64, kinds: [u32; 2], held: bool
     for _ in 0..count {
         match simulation.step() {
             Ok(()) => {}
-            Err(RunError::TooFast { block, step, .. }) => {
+            Err(RunError::BlockTooFast { block, step, .. }) => {
                 assert!(block == 1 || kinds != [0, 0], "block {block}");
                 assert_eq!(step, simulation.steps());
-                return (End::TooFast, deep);
+                return (End::BlockTooFast, deep);
             }
-            Err(RunError::TooDeep { blocks, .. }) => {
+            Err(RunError::DeepPenetration { blocks, .. }) => {
                 assert_eq!(blocks, [0, 1]);
-                return (End::TooDeep, deep);
+                return (End::DeepPenetration, deep);
             }
             Err(RunError::Diverged { .. }) => return (End::Diverged, deep),
             Err(error) => panic!("{error}"),
@@ -190,7 +190,7 @@ fn no_block_passes_through_thin_plate() {
             for _ in 0..if part_of_limit > 0.05 { 5 } else { 2 } {
                 let (end, deep) = at_plate(&mut random, part_of_limit, kinds, held);
                 let what = format!("{kinds:?} {held} {part_of_limit}: {end:?}, {deep}");
-                let stopped = end == End::TooFast || end == End::TooDeep;
+                let stopped = end == End::BlockTooFast || end == End::DeepPenetration;
                 assert!(end == End::Back || (part_of_limit > 0.05 && stopped), "{what}");
             }
         }
@@ -198,7 +198,7 @@ fn no_block_passes_through_thin_plate() {
     // Faster than the program can follow.
     for kinds in [[0, 0], [2, 2]] {
         for _ in 0..5 {
-            assert_eq!(at_plate(&mut random, 1.1, kinds, true).0, End::TooFast, "{kinds:?}");
+            assert_eq!(at_plate(&mut random, 1.1, kinds, true).0, End::BlockTooFast, "{kinds:?}");
         }
     }
 }
@@ -222,7 +222,7 @@ fn speed_limit_is_the_same_in_every_direction() {
         };
         assert_eq!(run_at(0.999), Ok(()), "{way}");
         match run_at(1.001) {
-            Err(RunError::TooFast { block: 0, distance, edge, .. }) => {
+            Err(RunError::BlockTooFast { block: 0, distance, edge, .. }) => {
                 assert!((distance / edge - 0.25 * 1.001).abs() < 1e-9, "{distance} {edge}");
             }
             other => panic!("{way} {divisions}: {other:?}"),

@@ -80,7 +80,8 @@ fn relaxation_names_penetrating_blocks() {
         deck.contact.shear_stiffness = Some(2400.0 * 9.81 / 0.4);
         let mut simulation = simulation(&deck);
         let error = simulation.relax(1e-8, 20_000).err();
-        let Some(RunError::TooDeep { blocks: [0, 1], depth, relaxes: true, .. }) = &error else {
+        let Some(RunError::DeepPenetration { blocks: [0, 1], depth, relaxes: true, .. }) = &error
+        else {
             panic!("{divisions}: {error:?}");
         };
         assert!(*depth > 0.25 && *depth < 0.5, "{depth}");
@@ -102,7 +103,8 @@ fn support_that_causes_penetration_is_named() {
     let mut simulation = simulation(&deck);
     start(&mut simulation);
     let error = (0..100_000).find_map(|_| simulation.step().err());
-    let Some(RunError::TooDeep { driven: Some((1, 1)), relaxes: false, .. }) = &error else {
+    let Some(RunError::DeepPenetration { driven: Some((1, 1)), relaxes: false, .. }) = &error
+    else {
         panic!("{error:?}");
     };
     let message = error.map(|error| error.to_string()).unwrap_or_default();

@@ -214,7 +214,7 @@ fn safety_search_after_divergence_is_refused() {
 
 #[test]
 fn collapse_without_motion_names_no_block() {
-    let words = Simulation::new(model(&pile())).collapse().to_string();
+    let words = Simulation::new(model(&pile())).no_equilibrium().to_string();
     assert_eq!(words, "there is no equilibrium: no block has moved so far");
 }
 

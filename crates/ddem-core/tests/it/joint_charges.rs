@@ -206,7 +206,7 @@ fn squeezed_cavity_work_is_bounded_by_explosive_energy() {
         let now = state(&squeezed(&explosive, way), 0);
         let exact = peak * (own / now.volume).min(1.0).powi(3);
         assert!((now.pressure / exact - 1.0).abs() < 1e-12, "{way}: {now:?} {exact:e}");
-        assert_eq!(now.began, None);
+        assert_eq!(now.detonation_volume, None);
         let given = state(&squeezed(&given, way), 0);
         assert!((given.pressure / 1e6 - 1.0).abs() < 1e-12, "{way}: {given:?}");
         volumes.push(now.volume);
@@ -226,7 +226,9 @@ fn squeezed_cavity_work_is_bounded_by_explosive_energy() {
     assert_eq!(wide.time_step().to_bits(), first.to_bits());
     let (mut simulation, first) = go(0.2);
     assert!(simulation.time_step() < 0.5 * first, "{} {first}", simulation.time_step());
-    assert!((state(&simulation, 0).began.unwrap_or(0.0) / volumes[2] - 1.0).abs() < 1e-9);
+    assert!(
+        (state(&simulation, 0).detonation_volume.unwrap_or(0.0) / volumes[2] - 1.0).abs() < 1e-9
+    );
     // Continue until the gas vents.
     for _ in 0..200 {
         simulation.step().unwrap_or_else(|error| panic!("{error}"));

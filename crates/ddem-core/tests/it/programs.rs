@@ -137,7 +137,7 @@ fn failing_history_moves_nothing() {
             break error;
         }
     };
-    let RunError::History { entry, time, message } = &error else { panic!("{error}") };
+    let RunError::HistoryFailed { entry, time, message } = &error else { panic!("{error}") };
     assert_eq!((entry.as_str(), message.as_str()), ("load[0]", "it is late"));
     assert!(*time >= 1e-4);
     // Evaluating the energy is no step and gives no error.

@@ -149,7 +149,7 @@ fn random_decks_run_or_are_refused_with_a_reason() {
                 );
                 assert!(off < 0.1, "seed {seed}: {energy:?}");
             }
-            Err(error @ (RunError::TooFast { .. } | RunError::TooDeep { .. })) => {
+            Err(error @ (RunError::BlockTooFast { .. } | RunError::DeepPenetration { .. })) => {
                 println!("  {error}");
                 stopped += 1;
             }

@@ -255,7 +255,7 @@ fn unstable_step_after_excavation_is_refused_or_shortened() {
     };
     let mut given = dig(TimeStep::Seconds(critical));
     for _ in 0..2 {
-        let Err(RunError::TimeStep { time_step, critical: now }) = given.step() else {
+        let Err(RunError::UnstableTimeStep { time_step, critical: now }) = given.step() else {
             panic!("a step of {critical} s is taken")
         };
         assert!(time_step == critical && now < 0.5 * critical, "{time_step} {now}");

@@ -70,7 +70,7 @@ fn tolerance_below_rounding_names_reachable_ratio() {
     let mut simulation = simulation(&cube(1e-7, 1, false));
     let Err(error) = simulation.relax(1e-10, 20_000) else { panic!("it was reached") };
     println!("{error}");
-    let RunError::OutOfReach { ratio, ref joint, .. } = error else { panic!("{error}") };
+    let RunError::UnreachableTolerance { ratio, ref joint, .. } = error else { panic!("{error}") };
     assert_eq!(joint, &Some(("seam".to_owned(), 1e-7)));
     // The reported ratio can be reached.
     simulation.relax(3.0 * ratio, 1000).unwrap_or_else(|error| panic!("{error}"));

@@ -28,7 +28,11 @@ pub(super) fn boundaries(deck: &Deck, problem: &Problem) -> Result<Boundaries, V
 }
 
 /// Faults of boundaries whose nodes are all held, and of columns without a base.
-pub(super) fn idle(deck: &Deck, problem: &Problem, holds: &[Vec<BoundaryHold>]) -> Vec<Fault> {
+pub(super) fn held_faults(
+    deck: &Deck,
+    problem: &Problem,
+    holds: &[Vec<BoundaryHold>],
+) -> Vec<Fault> {
     let mut faults = twice(deck, problem);
     let known = faults.len();
     for (stage, holds) in holds.iter().enumerate() {

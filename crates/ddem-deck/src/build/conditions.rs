@@ -156,15 +156,15 @@ fn nodal_forces(
         weights.into_iter().map(|(node, w)| (node, Vec3::from(force) * (w / total))).collect()
     } else {
         let surfaces = region.surfaces(geometry);
-        if surfaces.iter().any(|surface| region.cuts_askew(geometry, surface)) {
+        if surfaces.iter().any(|face| region.cuts_askew(geometry, face)) {
             return Err("a range cuts an oblique face askew, which cannot be loaded in part");
         }
-        let of = |surface: &BlockFace| {
+        let of = |face: &BlockFace| {
             let traction = match (load.traction, load.pressure) {
                 (Some(traction), _) => Vec3::from(traction),
-                (None, pressure) => -surface.outward(geometry) * pressure.unwrap_or(0.0),
+                (None, pressure) => -face.outward(geometry) * pressure.unwrap_or(0.0),
             };
-            let areas = region.areas(geometry, surface).into_iter();
+            let areas = region.areas(geometry, face).into_iter();
             areas.map(move |(node, area)| (node, traction * area)).collect::<Vec<_>>()
         };
         surfaces.iter().flat_map(of).collect()

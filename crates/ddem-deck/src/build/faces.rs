@@ -15,8 +15,8 @@ use crate::schema::Deck;
 /// Largest share of a face that several boundaries may have in total; a larger share is an overlap.
 const WHOLE: f64 = 1.0 + 1e-6;
 
-fn shown(geometry: &Geometry, surface: &BlockFace) -> String {
-    let [x, y, z] = <[f64; 3]>::from(surface.centre(geometry)).map(|x| (x * 1e6).round() / 1e6);
+fn shown(geometry: &Geometry, face: &BlockFace) -> String {
+    let [x, y, z] = <[f64; 3]>::from(face.centre(geometry)).map(|x| (x * 1e6).round() / 1e6);
     format!("({x}, {y}, {z})")
 }
 
@@ -25,11 +25,11 @@ pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let Problem { boundaries, stages, .. } = problem;
     let mut found: BTreeMap<(usize, usize), BlockFace> = BTreeMap::new();
     for stage in 0..deck.stage.len().max(1) {
-        let mut taken: BTreeMap<BlockFace, (usize, [f64; 2])> = BTreeMap::new();
+        let mut claimed: BTreeMap<BlockFace, (usize, [f64; 2])> = BTreeMap::new();
         for index in (0..boundaries.list.len()).filter(|&index| boundaries.has(index, stage)) {
-            for (surface, areas) in &boundaries.list[index].faces {
-                let Some((before, [sum, whole])) = taken.get_mut(surface) else {
-                    taken.insert(*surface, (index, *areas));
+            for (face, areas) in &boundaries.list[index].faces {
+                let Some((before, [sum, whole])) = claimed.get_mut(face) else {
+                    claimed.insert(*face, (index, *areas));
                     continue;
                 };
                 let [area, all] = areas;
@@ -37,14 +37,14 @@ pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
                 // A face beside a removed block lacks half of the joint, so the larger area counts.
                 *whole = whole.max(*all);
                 if *sum > WHOLE * *whole {
-                    found.entry((*before, index)).or_insert(*surface);
+                    found.entry((*before, index)).or_insert(*face);
                 }
             }
         }
     }
     let geometry_of = |index: usize| at_stage(deck, stages, deck.boundary[index].from.as_ref());
-    let fault = |((before, index), surface): ((usize, usize), BlockFace)| {
-        let at = shown(geometry_of(index), &surface);
+    let fault = |((before, index), face): ((usize, usize), BlockFace)| {
+        let at = shown(geometry_of(index), &face);
         let message = format!(
             "takes faces that boundary {before} has, first that at {at}: their dashpots would add up"
         );
@@ -60,7 +60,7 @@ pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     for (index, boundary) in problem.boundaries.list.iter().enumerate() {
         let geometry = at_stage(deck, &problem.stages, deck.boundary[index].from.as_ref());
-        let faces = boundary.faces.iter().map(|(surface, _)| surface);
+        let faces = boundary.faces.iter().map(|(face, _)| face);
         let within: Vec<&BlockFace> = faces.filter(|face| is_wall(geometry, face)).collect();
         if let Some(first) = within.first() {
             let message = format!(
@@ -81,9 +81,9 @@ pub(super) fn with_areas(
     geometry: &Geometry,
     surfaces: &[BlockFace],
 ) -> Vec<(BlockFace, [f64; 2])> {
-    let area = |region: &Region, surface: &BlockFace| {
-        region.areas(geometry, surface).iter().map(|(_, area)| area).sum()
+    let area = |region: &Region, face: &BlockFace| {
+        region.areas(geometry, face).iter().map(|(_, area)| area).sum()
     };
-    let areas = |surface: &BlockFace| [area(region, surface), area(everywhere, surface)];
-    surfaces.iter().map(|surface| (*surface, areas(surface))).collect()
+    let areas = |face: &BlockFace| [area(region, face), area(everywhere, face)];
+    surfaces.iter().map(|face| (*face, areas(face))).collect()
 }

@@ -55,7 +55,7 @@ fn joint_properties(deck: &Deck, (name, joint): (&String, &Joint)) -> JointPrope
         name: name.clone(),
         thickness: joint.thickness,
         elasticity,
-        law: joint.breaks().then(law),
+        law: joint.can_fail().then(law),
     }
 }
 

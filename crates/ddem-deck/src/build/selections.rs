@@ -55,6 +55,6 @@ impl BuiltDeck {
             let what = format!("initial stress {index}");
             of(format!("initial[{index}]"), what, self.at_stage(None), &entry.region)
         });
-        self.taken.iter().cloned().chain(assigned).chain(stressed).collect()
+        self.selections.iter().cloned().chain(assigned).chain(stressed).collect()
     }
 }

@@ -44,12 +44,12 @@ impl BuiltDeck {
         // The faces of a node share its load in proportion to the forces that they require. Each
         // node is therefore treated once.
         let mut asks: HashMap<u32, Vec<(BlockFace, Vec3, f64)>> = HashMap::new();
-        for surface in surfaces {
-            for (node, area) in everywhere.areas(geometry, &surface) {
+        for face in surfaces {
+            for (node, area) in everywhere.areas(geometry, &face) {
                 let x = Vec3::from(model.point(node as usize));
-                let Some(stress) = stresses[surface.block] else { continue };
-                let force = stress.at(&x) * surface.outward(geometry) * area;
-                asks.entry(node).or_default().push((surface, force, area));
+                let Some(stress) = stresses[face.block] else { continue };
+                let force = stress.at(&x) * face.outward(geometry) * area;
+                asks.entry(node).or_default().push((face, force, area));
             }
         }
         let mut nodes: Vec<_> = asks.into_iter().collect();
@@ -61,11 +61,11 @@ impl BuiltDeck {
             (0..3).filter(|&c| held[c]).for_each(|c| lacking[c] = 0.0);
             // The faces share a missing component in proportion to their requirements.
             let sizes: Vec3 = asked.iter().map(|(_, force, _)| force.abs()).sum();
-            for (surface, force, area) in asked {
+            for (face, force, area) in asked {
                 let part = |c: usize| if sizes[c] > 0.0 { force[c].abs() / sizes[c] } else { 0.0 };
                 let lacking = Vec3::from([0, 1, 2].map(|c| lacking[c] * part(c)));
-                let plane = planes.entry(plane_of(geometry, &surface)).or_default();
-                plane.normal = surface.outward(geometry);
+                let plane = planes.entry(plane_of(geometry, &face)).or_default();
+                plane.normal = face.outward(geometry);
                 plane.point = Vec3::from(model.point(node as usize));
                 plane.area += area;
                 plane.asked += force.norm();
@@ -88,21 +88,21 @@ impl BuiltDeck {
         let wrong = |&block: &usize| {
             let Some(stress) = stresses[block] else { return false };
             let weight = gravity * self.density(model, block);
-            let borne = stress.divergence();
-            (borne + weight).norm() > SMALL * borne.norm().max(weight.norm())
+            let divergence = stress.divergence();
+            (divergence + weight).norm() > SMALL * divergence.norm().max(weight.norm())
         };
         let wrong: Vec<usize> = (0..stresses.len()).filter(wrong).collect();
         let first = *wrong.first()?;
         let wanted = -gravity * self.density(model, first);
         let [x, y, z] = wanted.into();
         let stress = stresses[first]?;
-        let borne = stress.divergence();
+        let divergence = stress.divergence();
         // There is advice only for one axis, so that no other component of the gradient changes.
         let axis = wanted.iamax();
         let alone = wanted.norm() - wanted[axis].abs() <= 1e-9 * wanted.norm();
-        let paste = (alone && (wanted - borne).norm() > 0.0).then(|| {
+        let paste = (alone && (wanted - divergence).norm() > 0.0).then(|| {
             let mut slope = stress.gradient[axis];
-            slope[axis] += (wanted - borne)[axis];
+            slope[axis] += (wanted - divergence)[axis];
             let (axis, slope) = (AXES[axis], slope.map(|x| rounded(x, 9)));
             format!("put `gradient = {{ {axis} = {slope:?} }}` into `[[initial]]`")
         });
@@ -111,9 +111,9 @@ impl BuiltDeck {
              its divergence is ({:.4e}, {:.4e}, {:.4e}) N/m³, but the weight requires ({x:.4e}, {y:.4e}, {z:.4e})",
             wrong.len(),
             model.set_name(first),
-            borne.x,
-            borne.y,
-            borne.z
+            divergence.x,
+            divergence.y,
+            divergence.z
         );
         let warning = Diagnostic::warning(Code::UnbalancedWeight, "initial", message);
         Some(paste.into_iter().fold(warning, Diagnostic::help))
@@ -140,10 +140,10 @@ impl BuiltDeck {
 }
 
 /// Key of the plane of a face; it is equal for faces in the same plane with the same normal.
-fn plane_of(geometry: &Geometry, surface: &BlockFace) -> [i64; 4] {
+fn plane_of(geometry: &Geometry, face: &BlockFace) -> [i64; 4] {
     let [low, high] = geometry.bounds;
-    let normal = surface.outward(geometry);
-    let along = normal.dot(&(surface.centre(geometry) - low)) / (high - low).norm();
+    let normal = face.outward(geometry);
+    let along = normal.dot(&(face.centre(geometry) - low)) / (high - low).norm();
     [normal.x, normal.y, normal.z, along].map(|x| (x * 1e6).round() as i64)
 }
 

@@ -238,12 +238,12 @@ fn joints(deck: &Deck, at: &str, set: &BlockSet, faults: &mut Faults) {
 
 /// Checks the orientations of joints, which replace `axes`.
 fn turned(at: &str, set: &BlockSet, faults: &mut Faults) {
-    let ways = [
+    let alternatives = [
         ("axes", set.axes != COORDINATES),
         ("dip", set.dip.is_some() || set.dip_direction.is_some()),
         ("planes", set.planes.is_some()),
     ];
-    let mut given = ways.into_iter().filter(|(_, given)| *given).map(|(key, _)| key);
+    let mut given = alternatives.into_iter().filter(|(_, given)| *given).map(|(key, _)| key);
     if let (Some(first), Some(second)) = (given.next(), given.next()) {
         let help = "a set is turned by one of `axes`, `dip` with `dip_direction`, and `planes`";
         let message = format!("`{second}` cannot be combined with `{first}`");

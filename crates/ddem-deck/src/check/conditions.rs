@@ -85,15 +85,15 @@ fn fix(at: &str, fix: &Fix, faults: &mut Faults) {
     {
         faults.add_help(ErrorCode::WrongType, place, format!("`axes` names {twice} twice"), help);
     }
-    for (key, ways) in [("velocity", fix.velocity), ("displacement", fix.displacement)] {
-        let Some(ways) = ways else { continue };
-        faults.finite(format!("{at}.{key}"), &ways);
+    for (key, values) in [("velocity", fix.velocity), ("displacement", fix.displacement)] {
+        let Some(values) = values else { continue };
+        faults.finite(format!("{at}.{key}"), &values);
         for (k, axis) in ['x', 'y', 'z'].into_iter().enumerate() {
-            if ways[k] != 0.0 && ways[k].is_finite() && !letters.contains(&axis) {
+            if values[k] != 0.0 && values[k].is_finite() && !letters.contains(&axis) {
                 faults.add_help(
                     ErrorCode::IneffectiveKey,
                     format!("{at}.{key}[{k}]"),
-                    format!("a {key} of {} along {axis}, which is free", shown(ways[k])),
+                    format!("a {key} of {} along {axis}, which is free", shown(values[k])),
                     format!("only directions named in `axes` are driven: give 0, or name {axis}"),
                 );
             }

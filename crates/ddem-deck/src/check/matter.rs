@@ -65,7 +65,7 @@ fn stiffness(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
         faults.reference(place, material, known, ("material", "[materials.NAME]"));
     }
 
-    let ways = "a joint has exactly one of: `material`; `density`, `young` and `poisson`; \
+    let alternatives = "a joint has exactly one of: `material`; `density`, `young` and `poisson`; \
                 `normal_stiffness` and `shear_stiffness` (a spring joint)";
     let own_named = named(["density", "young", "poisson"], own);
     let springs_named = named(["normal_stiffness", "shear_stiffness"], springs);
@@ -76,11 +76,18 @@ fn stiffness(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
         .flatten()
         .collect();
     match given[..] {
-        [] => faults.add_help(ErrorCode::MissingKey, at, "the joint has no stiffness", ways),
+        [] => {
+            faults.add_help(ErrorCode::MissingKey, at, "the joint has no stiffness", alternatives)
+        }
         [_] => {}
         [first, second, ..] => {
             let message = format!("`{second}` cannot be combined with `{first}`");
-            faults.add_help(ErrorCode::ConflictingKeys, format!("{at}.{second}"), message, ways);
+            faults.add_help(
+                ErrorCode::ConflictingKeys,
+                format!("{at}.{second}"),
+                message,
+                alternatives,
+            );
         }
     }
     // If two ways are mixed, it is unknown which one to complete.
@@ -89,7 +96,12 @@ fn stiffness(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
             let Some((first, _)) = group.iter().find(|(_, given)| *given) else { continue };
             for (missing, _) in group.iter().filter(|(_, given)| !*given) {
                 let message = format!("key `{missing}` is missing: it is needed with `{first}`");
-                faults.add_help(ErrorCode::MissingKey, format!("{at}.{missing}"), message, ways);
+                faults.add_help(
+                    ErrorCode::MissingKey,
+                    format!("{at}.{missing}"),
+                    message,
+                    alternatives,
+                );
             }
         }
     }

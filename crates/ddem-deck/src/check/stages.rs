@@ -134,7 +134,7 @@ impl Deck {
     #[must_use]
     pub fn check_search(&self, search: &SafetySearch) -> Vec<Fault> {
         // Unknown names get a fault of their own.
-        let known = |name: &str| Some(self.joints.get(name).is_none_or(Joint::breaks));
+        let known = |name: &str| Some(self.joints.get(name).is_none_or(Joint::can_fail));
         let mut faults = Faults(search.check(&known));
         for name in search.joints.iter().flatten() {
             let known = self.joints.keys().map(String::as_str);

@@ -8,7 +8,7 @@ const STEEPEST: f64 = 70.0;
 
 pub(super) fn check(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
     let sound = numbers(at, joint, faults);
-    if !joint.breaks() {
+    if !joint.can_fail() {
         without_strength(at, joint, faults);
     } else if joint.jrc.is_some() || joint.jcs.is_some() {
         roughness(at, &sound, faults);

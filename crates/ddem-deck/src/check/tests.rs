@@ -285,9 +285,9 @@ fn joint_stiffness_follows_from_its_material() {
 
 #[test]
 fn any_strength_lets_joint_fail() {
-    assert!(!Joint::default().breaks());
+    assert!(!Joint::default().can_fail());
     let residual = Joint { residual_friction: Some(1.0), ..Joint::default() };
-    assert!(!residual.breaks());
+    assert!(!residual.can_fail());
     for give in [
         |j: &mut Joint| j.cohesion = Some(0.0),
         |j: &mut Joint| j.friction = Some(0.0),
@@ -297,7 +297,7 @@ fn any_strength_lets_joint_fail() {
     ] {
         let mut joint = Joint::default();
         give(&mut joint);
-        assert!(joint.breaks());
+        assert!(joint.can_fail());
     }
 }
 

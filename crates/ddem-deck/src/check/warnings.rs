@@ -20,7 +20,7 @@ pub(crate) fn warnings(deck: &Deck, used: &BTreeSet<u16>) -> Vec<Diagnostic> {
     };
     let breaking: Vec<(&str, &Joint)> = numbered
         .filter(|(i, (name, joint))| {
-            joint.breaks() && (u16::try_from(*i).is_ok_and(|i| used.contains(&i)) || later(name))
+            joint.can_fail() && (u16::try_from(*i).is_ok_and(|i| used.contains(&i)) || later(name))
         })
         .map(|(_, (name, joint))| (name.as_str(), joint))
         .collect();
@@ -41,8 +41,8 @@ pub(crate) fn warnings(deck: &Deck, used: &BTreeSet<u16>) -> Vec<Diagnostic> {
 /// Warning about contact keys if no contacts are searched for.
 fn contact_without_effect(deck: &Deck) -> Option<Diagnostic> {
     // Failed pairs use the damping of contacts.
-    let breaks = deck.joints.values().any(Joint::breaks);
-    let others = match breaks {
+    let can_fail = deck.joints.values().any(Joint::can_fail);
+    let others = match can_fail {
         true => ContactTable { damping: None, restitution: None, ..deck.contact },
         false => deck.contact,
     };

@@ -75,8 +75,8 @@ impl Deck {
     /// never fail stays together.
     #[must_use]
     pub fn finds_contacts(&self) -> bool {
-        let any_breaks = || self.used_joints().any(Joint::breaks);
-        self.model.contact.unwrap_or_else(|| self.blocks.len() > 1 || any_breaks())
+        let any_can_fail = || self.used_joints().any(Joint::can_fail);
+        self.model.contact.unwrap_or_else(|| self.blocks.len() > 1 || any_can_fail())
     }
 
     /// Joints that sets of blocks or assignments name, with repetitions.

@@ -110,7 +110,7 @@ impl Joint {
 
     /// True if the joint can fail: any strength is given.
     #[must_use]
-    pub fn breaks(&self) -> bool {
+    pub fn can_fail(&self) -> bool {
         [self.cohesion, self.friction, self.tension, self.jrc, self.jcs].iter().any(Option::is_some)
     }
 }

@@ -19,7 +19,7 @@ impl Size {
     pub fn of(deck: &Deck) -> Self {
         let mut size = Self::default();
         let mut joints = deck.joints.values();
-        let can_break = joints.any(|joint| joint.breaks() || joint.normal_stiffness.is_some());
+        let can_fail = joints.any(|joint| joint.can_fail() || joint.normal_stiffness.is_some());
         for set in &deck.blocks {
             let edges = set.edges.as_ref();
             let count = |d: usize| {
@@ -44,7 +44,7 @@ impl Size {
             // Blocks are stored in groups of four.
             let blocks = (blocks / 4.0).ceil() * 4.0;
             // History of the pairs, in the state and in a measurement of it.
-            let pairs = if can_break { 3.0 * n * n * 104.0 * 2.0 } else { 0.0 };
+            let pairs = if can_fail { 3.0 * n * n * 104.0 * 2.0 } else { 0.0 };
             size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0 + own + pairs);
         }
         size

@@ -86,8 +86,8 @@ impl SurfaceMesh {
         let mut edges = BTreeMap::new();
         for [a, b, c] in &self.triangles {
             for (from, to) in [(a, b), (b, c), (c, a)] {
-                let way = usize::from(from > to);
-                edges.entry([*from.min(to), *from.max(to)]).or_insert([0; 2])[way] += 1;
+                let direction = usize::from(from > to);
+                edges.entry([*from.min(to), *from.max(to)]).or_insert([0; 2])[direction] += 1;
             }
         }
         edges
@@ -95,7 +95,7 @@ impl SurfaceMesh {
 
     /// Edges of an odd number of triangles.
     pub(crate) fn open_edges(&self) -> Vec<[u32; 2]> {
-        let open = |(_, ways): &([u32; 2], [usize; 2])| (ways[0] + ways[1]) % 2 == 1;
+        let open = |(_, counts): &([u32; 2], [usize; 2])| (counts[0] + counts[1]) % 2 == 1;
         self.edges().into_iter().filter(open).map(|(edge, _)| edge).collect()
     }
 

@@ -65,16 +65,20 @@ fn run_error_messages() {
         direction: [0.6, 0.0, -0.8],
     };
     let errors = [
-        RunError::TimeStep { time_step: 2e-4, critical: 1e-4 },
+        RunError::UnstableTimeStep { time_step: 2e-4, critical: 1e-4 },
         RunError::TooShort { time_step: 1e-14, critical: 1e-4 },
         RunError::NoCriticalStep,
-        RunError::NoMass { block: 2, node: 17 },
+        RunError::NoRelaxationMass { block: 2, node: 17 },
         RunError::TooManyLaws { laws: 70_000 },
         RunError::Stopped,
-        RunError::History { entry: "load[0]".to_owned(), time: 0.5, message: "1/0".to_owned() },
+        RunError::HistoryFailed {
+            entry: "load[0]".to_owned(),
+            time: 0.5,
+            message: "1/0".to_owned(),
+        },
         RunError::EarlierStage { stage: 0, present: 2 },
         RunError::Diverged { step: 10, time: 1e-3, block: 2, node: 17 },
-        RunError::TooFast {
+        RunError::BlockTooFast {
             block: 2,
             set: "rock".to_owned(),
             step: 10,
@@ -83,7 +87,7 @@ fn run_error_messages() {
             edge: 1.0,
             driven: None,
         },
-        RunError::TooDeep {
+        RunError::DeepPenetration {
             blocks: [2, 3],
             sets: Box::new(["rock".to_owned(), "beside".to_owned()]),
             step: 10,
@@ -93,7 +97,7 @@ fn run_error_messages() {
             driven: Some((1, 3)),
             relaxes: false,
         },
-        RunError::Collapsed {
+        RunError::NoEquilibrium {
             blocks: [4, 5],
             distance: 0.3,
             moving: vec![moving],
@@ -107,7 +111,7 @@ fn run_error_messages() {
             failed: 2,
             fastest: Some((4, "rock".to_owned(), 1e-5)),
         },
-        RunError::OutOfReach {
+        RunError::UnreachableTolerance {
             ratio: 1e-10,
             tolerance: 1e-12,
             block: 3,

@@ -89,13 +89,13 @@ impl<'a> Drive<'a> {
             resuming.moved.cursor = resumed.progress.cursor;
             session = resuming;
         } else {
-            let mut fresh = Simulation::with_simd(model, options.simd);
-            fresh.stop_when(observer.stop_flag());
-            check_steps(&mut fresh, &deck.stage).map_err(|failure| located(failure, source))?;
+            let mut started = Simulation::with_simd(model, options.simd);
+            started.stop_when(observer.stop_flag());
+            check_steps(&mut started, &deck.stage).map_err(|failure| located(failure, source))?;
             // All checks have passed; only now are files written.
             folder = open()?;
-            recorder.create(&folder, fresh.model())?;
-            session = Session::assemble(site, fresh, recorder, text);
+            recorder.create(&folder, started.model())?;
+            session = Session::assemble(site, started, recorder, text);
         }
         let mut drive = Self { options, observer, folder, session };
         let MovedBy { site, simulation, recorder, cursor, .. } = &mut drive.session.moved;
@@ -154,7 +154,7 @@ impl<'a> Drive<'a> {
             running => running?,
         };
         loop {
-            let halt = running.go(options.checkpoint_every)?;
+            let halt = running.run(options.checkpoint_every)?;
             if halt == Halt::End {
                 break;
             }

@@ -119,7 +119,8 @@ impl RunFailure {
             | Self::Checkpoint { .. }
             | Self::Recorded { .. }
             | Self::Stage {
-                error: RunError::TimeStep { .. } | RunError::TooShort { .. }, ..
+                error: RunError::UnstableTimeStep { .. } | RunError::TooShort { .. },
+                ..
             } => 2,
             Self::Stage { .. } | Self::Output(_) => 1,
         }

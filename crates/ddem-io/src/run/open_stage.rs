@@ -96,7 +96,7 @@ impl Session {
             let stage = session.named(stage);
             match Running::new((&stage, 1), pauses, &mut session.moved, observer) {
                 Ok(running) => {
-                    let progress = running.aside();
+                    let progress = running.pause();
                     Ok(Some(OpenStage { stage, folder, progress: Some(progress) }))
                 }
                 Err(failure) => {
@@ -123,9 +123,9 @@ impl Session {
         let OpenStage { stage, progress, .. } = open;
         let Some(held) = progress.take() else { return Ok(StageStatus::Stopped) };
         self.stoppable(observer.stop_flag(), |session| {
-            let mut running = Running::again(stage, &mut session.moved, observer, held);
-            let status = running.go(Duration::MAX);
-            *progress = Some(running.aside());
+            let mut running = Running::resume(stage, &mut session.moved, observer, held);
+            let status = running.run(Duration::MAX);
+            *progress = Some(running.pause());
             Ok(match status? {
                 Halt::End => StageStatus::Done,
                 Halt::Callback => StageStatus::Paused,
@@ -148,7 +148,7 @@ impl Session {
     ) -> Result<(), RunFailure> {
         let OpenStage { stage, folder, progress } = open;
         let finish = |progress| {
-            let mut running = Running::again(&stage, &mut self.moved, observer, progress);
+            let mut running = Running::resume(&stage, &mut self.moved, observer, progress);
             running.end_here()?;
             running.finish()?.map_or(Ok(()), Err)
         };
@@ -274,8 +274,8 @@ fn begin(
         if let Some(fault) = site.free_motion(simulation) {
             return Err(fault.into());
         }
-        let idle = simulation.idle_loads().into_iter();
-        warnings.extend(idle.map(|load| load_at_rest(load, &stage.name)));
+        let at_zero = simulation.loads_at_zero().into_iter();
+        warnings.extend(at_zero.map(|load| load_at_rest(load, &stage.name)));
     }
     Ok(warnings)
 }

@@ -40,7 +40,7 @@ pub(super) struct StageProgress {
     stages: usize,
     schedule: Schedule,
     /// Wall time at which the stage was paused.
-    aside: Option<Instant>,
+    paused_at: Option<Instant>,
     /// True once all records of the end are written.
     ended: bool,
     /// Wall time when the stage began or resumed; `recording` is the time spent on records.
@@ -49,7 +49,7 @@ pub(super) struct StageProgress {
     steps_before: u64,
     last_progress: Instant,
     /// For each charge, true if it had detonated by then.
-    off: Vec<bool>,
+    detonated: Vec<bool>,
     /// Reason why the stage did not come to rest.
     failure: Option<RunError>,
 }
@@ -90,17 +90,19 @@ impl<'a> Running<'a> {
         let schedule = schedule.with_callbacks(callbacks, cursor.time_step);
         let steps_before = cursor.step.unwrap_or(0);
         let now = Instant::now();
-        let off = charges(&moved.simulation).map(|(_, charge)| charge.began.is_some()).collect();
+        let detonated = charges(&moved.simulation)
+            .map(|(_, charge)| charge.detonation_volume.is_some())
+            .collect();
         let counters = StageProgress {
             stages,
             schedule,
-            aside: None,
+            paused_at: None,
             ended: false,
             clock: now,
             recording: Duration::ZERO,
             steps_before,
             last_progress: now,
-            off,
+            detonated,
             failure: None,
         };
         let mut running = Self { stage, moved, observer, counters };
@@ -113,25 +115,26 @@ impl<'a> Running<'a> {
         Ok(running)
     }
 
-    /// Running stage that continues after [`aside`](Self::aside).
-    pub(super) fn again(
+    /// Running stage that continues after [`pause`](Self::pause).
+    pub(super) fn resume(
         stage: &'a Stage,
         moved: &'a mut MovedBy,
         observer: &'a mut dyn Observer,
         mut counters: StageProgress,
     ) -> Self {
-        counters.recording += counters.aside.take().map_or(Duration::ZERO, |since| since.elapsed());
+        counters.recording +=
+            counters.paused_at.take().map_or(Duration::ZERO, |since| since.elapsed());
         Self { stage, moved, observer, counters }
     }
 
     /// Pauses the stage between two steps, so that a program can use the simulation.
-    pub(super) fn aside(self) -> StageProgress {
-        StageProgress { aside: Some(Instant::now()), ..self.counters }
+    pub(super) fn pause(self) -> StageProgress {
+        StageProgress { paused_at: Some(Instant::now()), ..self.counters }
     }
 
     /// Continues to the end, to the next callback that is due, until the observer stops it, or for at
     /// least the given wall time.
-    pub(super) fn go(&mut self, at_least: Duration) -> Result<Halt, RunFailure> {
+    pub(super) fn run(&mut self, at_least: Duration) -> Result<Halt, RunFailure> {
         let start = Instant::now();
         loop {
             if self.observer.wants_to_stop() {
@@ -210,7 +213,7 @@ impl<'a> Running<'a> {
         }
         let verdict = if over { Some(simulation.verdict()) } else { simulation.decided() };
         if verdict == Some(Verdict::Fails) {
-            self.counters.failure = Some(simulation.collapse());
+            self.counters.failure = Some(simulation.no_equilibrium());
         }
         verdict.is_some()
     }
@@ -235,7 +238,9 @@ impl<'a> Running<'a> {
                 simulation.check_finite().map_err(failed(self.stage))?;
                 simulation.not_converged(tolerance, cursor.steps)
             }
-            Err(failure @ (RunError::Collapsed { .. } | RunError::OutOfReach { .. })) => failure,
+            Err(
+                failure @ (RunError::NoEquilibrium { .. } | RunError::UnreachableTolerance { .. }),
+            ) => failure,
             Err(error) => return Err(failed(self.stage)(error)),
         };
         self.counters.failure = Some(failure);
@@ -269,7 +274,7 @@ impl<'a> Running<'a> {
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
         let verdict = match &self.counters.failure {
-            Some(RunError::Collapsed { .. }) => Verdict::Fails,
+            Some(RunError::NoEquilibrium { .. }) => Verdict::Fails,
             Some(_) => Verdict::Undecided,
             None if relax => Verdict::AtRest,
             None => simulation.verdict(),
@@ -307,7 +312,7 @@ impl<'a> Running<'a> {
             energy_imbalance(&energy, cursor.imbalance, self.stage, deck),
             undamped_sliding(simulation, self.stage, cursor),
         ];
-        let detonations = detonations(simulation, &self.counters.off);
+        let detonations = detonations(simulation, &self.counters.detonated);
         for warning in warnings.into_iter().flatten().chain(detonations) {
             cursor.warn(deck, warning, self.observer);
         }

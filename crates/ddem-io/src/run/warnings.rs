@@ -64,11 +64,12 @@ pub(super) fn charges(simulation: &Simulation) -> impl Iterator<Item = (usize, C
 /// Warnings about charges that have detonated since `before` after the surrounding rock had moved.
 pub(super) fn detonations(simulation: &Simulation, before: &[bool]) -> Vec<Diagnostic> {
     let sizes = simulation.model().charges();
-    let fresh = charges(simulation).zip(&sizes).zip(before).filter(|(_, off)| !**off);
-    let warnings = fresh.filter_map(|(((index, charge), size), _)| {
-        let part = charge.began.filter(|_| size.walls > 0)? / size.volume;
+    let newly_detonated =
+        charges(simulation).zip(&sizes).zip(before).filter(|(_, detonated)| !**detonated);
+    let warnings = newly_detonated.filter_map(|(((index, charge), size), _)| {
+        let part = charge.detonation_volume.filter(|_| size.walls > 0)? / size.volume;
         let at = format!("charge[{index}]");
-        if charge.vented && charge.began == Some(charge.volume) {
+        if charge.vented && charge.detonation_volume == Some(charge.volume) {
             let message = "the charge had no effect: its cavity had already vented at detonation";
             return Some(Diagnostic::warning(Code::VentedCharge, at, message));
         }

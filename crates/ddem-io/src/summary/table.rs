@@ -137,8 +137,8 @@ fn moving(f: &mut fmt::Formatter<'_>, moving: &[MovingBlock]) -> fmt::Result {
     for MovingBlock { set, block, distance, direction } in moving.iter().take(LISTED) {
         let of = if set.is_empty() { String::new() } else { format!(" of `{set}`") };
         let [x, y, z] = direction.map(|d| (d * 100.0).round() / 100.0 + 0.0);
-        let way = quantity(*distance, "m");
-        line(f, "moving", &format!("block {block}{of}: {way} along ({x}, {y}, {z})"))?;
+        let distance = quantity(*distance, "m");
+        line(f, "moving", &format!("block {block}{of}: {distance} along ({x}, {y}, {z})"))?;
     }
     match moving.len().saturating_sub(LISTED) {
         0 => Ok(()),

@@ -271,7 +271,7 @@ fn reopen(
     }
     let mesh = mesh(&root, points, steps).map_err(unusable)?;
     for field in fields {
-        if !fits(&root, field).map_err(|e| OutputError::hdf5(path, "reopening", e))? {
+        if !matches(&root, field).map_err(|e| OutputError::hdf5(path, "reopening", e))? {
             let message = format!("was written with other fields: no such `{}`", field.name);
             return Err(OutputError::mismatch(path, message));
         }
@@ -302,7 +302,7 @@ fn mesh(root: &Group, points: PointOwner, steps: usize) -> hdf5::Result<MeshRows
     })
 }
 
-fn fits(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
+fn matches(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
     let group = root.group(field.location.group())?;
     let offsets = root.group("Steps")?.group(field.location.offsets())?;
     if !group.link_exists(&field.name) || !offsets.link_exists(&field.name) {

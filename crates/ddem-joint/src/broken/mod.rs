@@ -33,17 +33,17 @@ pub struct BrokenLattice {
     #[serde(skip)]
     bonded: bool,
     /// Pairs and lanes that failed since strips and corners were last checked.
-    fresh: Vec<(u32, u8)>,
+    newly_failed: Vec<(u32, u8)>,
 }
 
 /// The broken joint lattices of a pack by offset.
-pub type PackBreaks = Option<Box<[Option<BrokenLattice>; 8]>>;
+pub type BrokenLattices = Option<Box<[Option<BrokenLattice>; 8]>>;
 
 /// The broken joints of all packs.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct BrokenJoints {
     /// Broken joints of each pack.
-    pub packs: Vec<PackBreaks>,
+    pub packs: Vec<BrokenLattices>,
 }
 
 // Frequent copies reuse the memory of the target.
@@ -65,11 +65,11 @@ impl Clone for BrokenLattice {
     }
 
     fn clone_from(&mut self, source: &Self) {
-        let Self { alive, any_alive, points, released, bonded, fresh } = source;
+        let Self { alive, any_alive, points, released, bonded, newly_failed } = source;
         (self.any_alive, self.released, self.bonded) = (*any_alive, *released, *bonded);
         self.alive.clone_from(alive);
         self.points.clone_from(points);
-        self.fresh.clone_from(fresh);
+        self.newly_failed.clone_from(newly_failed);
     }
 }
 
@@ -170,7 +170,7 @@ impl BrokenJoints {
         let own = |l: &BrokenLattice| {
             l.alive.len() * size_of::<Lanes>() + l.points.len() * size_of::<[JointPoint; LANES]>()
         };
-        self.packs.len() * size_of::<PackBreaks>() + lattices.map(own).sum::<usize>()
+        self.packs.len() * size_of::<BrokenLattices>() + lattices.map(own).sum::<usize>()
     }
 }
 
@@ -191,16 +191,16 @@ impl BrokenLattice {
             points: vec![[JointPoint::default(); LANES]; pairs],
             released: [false; LANES],
             bonded: true,
-            fresh: Vec::new(),
+            newly_failed: Vec::new(),
         }
     }
 
     /// True if the numbers of elements and pairs match and all recorded failures lie within them.
-    pub fn fits(&self, elements: usize, pairs: usize) -> bool {
+    pub fn is_consistent(&self, elements: usize, pairs: usize) -> bool {
         let known =
             |&(pair, lane): &(u32, u8)| (pair as usize) < pairs && usize::from(lane) < LANES;
         let sizes = [self.alive.len(), self.points.len()];
-        sizes == [elements, pairs] && self.fresh.iter().all(known)
+        sizes == [elements, pairs] && self.newly_failed.iter().all(known)
     }
 
     /// True if the lattice exerts any force.
@@ -235,8 +235,8 @@ impl BrokenLattice {
         let acts = |lane: &usize| section.joints[*lane] != NO_JOINT && !released[*lane];
         for (points, node_pair) in self.points.iter_mut().zip(node_pairs) {
             for lane in (0..LANES).filter(acts) {
-                let gone = node_pair.elements().filter(|&e| self.alive[e].0[lane] == 0.0);
-                points[lane].area = section.quarter.0[lane] * gone.count() as f64;
+                let removed = node_pair.elements().filter(|&e| self.alive[e].0[lane] == 0.0);
+                points[lane].area = section.quarter.0[lane] * removed.count() as f64;
             }
         }
         self.any_alive = (0..LANES).any(|lane| {

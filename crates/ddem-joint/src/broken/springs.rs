@@ -80,7 +80,7 @@ impl BrokenLattice {
         if context.failure_divisor.is_none() || !self.bonded {
             return false;
         }
-        let before = self.fresh.len();
+        let before = self.newly_failed.len();
         self.bonded = false;
         let turned: [bool; LANES] =
             std::array::from_fn(|lane| context.turning && self.turned(section, lane));
@@ -99,12 +99,12 @@ impl BrokenLattice {
                 self.set_failed(node_pairs, p, lane);
             }
         }
-        self.fresh.len() > before
+        self.newly_failed.len() > before
     }
 
     /// Marks a pair as failed and removes the elements that hold it.
     pub fn set_failed(&mut self, node_pairs: &[NodePair], p: usize, lane: usize) {
-        self.fresh.push((p as u32, lane as u8));
+        self.newly_failed.push((p as u32, lane as u8));
         node_pairs[p].elements().for_each(|e| self.alive[e].0[lane] = 0.0);
     }
 
@@ -130,8 +130,8 @@ impl BrokenLattice {
                 }
                 let before = JointPoint { area: old, ..*point };
                 let springs = elastic_force(&before, section, lane, node_pair, local);
-                let gone = forces.map(|g| element_force(g, section, node_pair, lane));
-                let force = springs + gone[0] - gone[1];
+                let removed = forces.map(|g| element_force(g, section, node_pair, lane));
+                let force = springs + removed[0] - removed[1];
                 losses.fracture += energy(section, lane, springs, old);
                 losses.fracture -= energy(section, lane, force, point.area);
                 let k = section.stiffness(lane);
@@ -143,12 +143,12 @@ impl BrokenLattice {
                 let [a, b] = node_pair.sides;
                 let alike =
                     [a, b].map(|node| at(forces[0], node, lane) - at(forces[1], node, lane));
-                let ways = at(du, a, lane) + at(du, b, lane);
-                losses.fracture -= 0.25 * (alike[0] + alike[1]).dot(&ways);
+                let increments = at(du, a, lane) + at(du, b, lane);
+                losses.fracture -= 0.25 * (alike[0] + alike[1]).dot(&increments);
             }
         }
         // The law of a failed pair begins at the traction at failure.
-        for &(p, lane) in &self.fresh {
+        for &(p, lane) in &self.newly_failed {
             let (node_pair, lane) = (&node_pairs[p as usize], lane as usize);
             let point = &mut self.points[p as usize][lane];
             let traction =
@@ -179,8 +179,9 @@ impl BrokenLattice {
                 if let Some(GroundFrame { turn, shift, .. }) = ground {
                     apart = turn * apart + shift;
                 }
-                let breaks_off = du.filter(|_| self.fresh.contains(&(p as u32, lane as u8)));
-                let du = breaks_off.map(|du| across(du, section, node_pair, lane));
+                let just_failed =
+                    du.filter(|_| self.newly_failed.contains(&(p as u32, lane as u8)));
+                let du = just_failed.map(|du| across(du, section, node_pair, lane));
                 let law = context.law(section.laws[lane]).filter(|_| point.failure.is_some());
                 let springs = context.springs(section.stiffness(lane), section.dashpot.0[lane]);
                 losses.add_point(area, point.update(law, &springs, apart, du));

@@ -29,7 +29,7 @@ impl BrokenJoints {
             let Some(lattices) = lattices else { continue };
             for d in 0..3 {
                 let Some(lattice) = &mut lattices[1 << d] else { continue };
-                for (pair, lane) in lattice.fresh.drain(..) {
+                for (pair, lane) in lattice.newly_failed.drain(..) {
                     around(packs, index, d, pair as usize, lane as usize, &mut cells);
                 }
             }

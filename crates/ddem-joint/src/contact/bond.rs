@@ -74,13 +74,13 @@ impl PatchBuilder<'_> {
         patch.points.iter_mut().for_each(|point| point.pair.area *= part);
         let axes = patch.frame();
         let (blocks, faces) = (patch.blocks, patch.faces());
-        for ContactPoint { spots, pair, .. } in &mut patch.points {
-            pair.origin = axes.tr_mul(&self.configuration.apart(blocks, faces, spots));
+        for ContactPoint { points, pair, .. } in &mut patch.points {
+            pair.origin = axes.tr_mul(&self.configuration.apart(blocks, faces, points));
         }
         // The springs carry the initial stress.
         let middle = |point: &ContactPoint| {
             let at = |side: usize| {
-                self.configuration.position(blocks[side] as usize, faces[side], &point.spots[side])
+                self.configuration.position(blocks[side] as usize, faces[side], &point.points[side])
             };
             (at(0) + at(1)) / 2.0
         };
@@ -150,26 +150,26 @@ pub fn bonded_patches(
         let both = [if rigid_a { b } else { a }, if rigid_b { a } else { b }];
         builder.bond(joint_pair, joints[usize::from(joint_pair.joint)], both)
     };
-    let mut seated: Vec<BondedPatch> = geometry.nonconforming_joints.par_iter().map(bond).collect();
+    let mut bonded: Vec<BondedPatch> = geometry.nonconforming_joints.par_iter().map(bond).collect();
     let mut next = first;
-    for joint in &mut seated {
+    for joint in &mut bonded {
         joint.first_pair = next;
         next += joint.patch.points.len();
     }
-    seated
+    bonded
 }
 
 /// Nodal masses `[kg]` and stiffness diagonals `[N/m]` of nonconforming joints. `layers` are the
 /// thickness `[m]` and density `[kg/m³]` of each joint. Each side gets half the mass of the layer,
 /// whose thickness is limited to the gap.
 pub fn at_nodes(
-    seated: &[BondedPatch],
+    bonded: &[BondedPatch],
     blocks: &[ContactBlock],
     geometry: &Geometry,
     layers: &[[f64; 2]],
 ) -> Vec<(usize, [f64; 4])> {
     let mut at_nodes = Vec::new();
-    for BondedPatch { patch, gap, .. } in seated {
+    for BondedPatch { patch, gap, .. } in bonded {
         let Some(bond) = &patch.bond else { continue };
         if patch.blocks.iter().any(|&block| geometry.is_removed(block as usize)) {
             continue;
@@ -182,7 +182,7 @@ pub fn at_nodes(
             let block = patch.blocks[side] as usize;
             let first = geometry.blocks[block].first_node as usize;
             for point in &patch.points {
-                for (node, weight) in blocks[block].weights(face, &point.spots[side]) {
+                for (node, weight) in blocks[block].weights(face, &point.points[side]) {
                     let part = weight * point.pair.area;
                     let [x, y, z] = <[f64; 3]>::from(stiffness * (weight * part));
                     at_nodes.push((first + node, [layer * part, x, y, z]));
@@ -240,7 +240,7 @@ impl Patch {
         let axes = self.present_frame(configuration);
         let turned = context.turning && self.turned(configuration);
         for point in &self.points {
-            let own = axes.tr_mul(&configuration.apart(self.blocks, self.faces(), &point.spots));
+            let own = axes.tr_mul(&configuration.apart(self.blocks, self.faces(), &point.points));
             let elastic = point.pair.elastic(self.both.stiffness, own);
             if let Some(mode) = point.pair.fails(law, context, elastic, turned) {
                 failing[usize::from(mode == FailureMode::Tension)] += 1;
@@ -267,8 +267,8 @@ impl Patch {
         self.reference = 1 - self.reference;
         let after = self.present_frame(configuration);
         let (blocks, faces) = (self.blocks, self.faces());
-        for ContactPoint { spots, pair, .. } in &mut self.points {
-            let apart = configuration.apart(blocks, faces, spots);
+        for ContactPoint { points, pair, .. } in &mut self.points {
+            let apart = configuration.apart(blocks, faces, points);
             let [before, after] = [before, after].map(|axes| axes.tr_mul(&apart) - pair.origin);
             pair.origin += after - before;
         }
@@ -281,8 +281,8 @@ impl Patch {
         context: PairContext<'_>,
     ) -> Option<JointStatus> {
         let law = context.law(self.bond?.law);
-        let (moved, whole) = PairMotion::of(self.pairs(), law);
-        let bonded = whole && law.is_none_or(|law| law.bonds());
+        let (moved, any_bonded) = PairMotion::of(self.pairs(), law);
+        let bonded = any_bonded && law.is_none_or(|law| law.bonds());
         let rigid = self.blocks.iter().any(|&block| configuration.blocks[block as usize].rigid);
         Some(moved.release(bonded, rigid, self.spacing(configuration)))
     }
@@ -295,9 +295,9 @@ impl Patch {
         for point in &self.points {
             let pull = self.force(point);
             force += pull;
-            let x = configuration.position(a, self.faces()[0], &point.spots[0]);
+            let x = configuration.position(a, self.faces()[0], &point.points[0]);
             moment += (x - about).cross(&pull);
         }
-        JointLoad { energy: self.held(&[]), area: self.area(), force, moment, about }
+        JointLoad { energy: self.spring_energies(&[]), area: self.area(), force, moment, about }
     }
 }

@@ -184,10 +184,10 @@ fn rigid(surfaces: &ContactSurfaces, block: u32, mass_properties: &MassPropertie
         let side = mass_properties.half[d] * if face.upper { 1.0 } else { -1.0 };
         for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             let arm: Vec3 = side + mass_properties.half[e] * i + mass_properties.half[f] * j;
-            let mut du = nalgebra::Matrix3x6::zeros();
-            du.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / mass));
-            du.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm.cross_matrix() * root));
-            sum += du.transpose() * k * du;
+            let mut motion = nalgebra::Matrix3x6::zeros();
+            motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / mass));
+            motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm.cross_matrix() * root));
+            sum += motion.transpose() * k * motion;
         }
     }
     sum.symmetric_eigenvalues().max()

@@ -173,10 +173,10 @@ impl Configuration<'_> {
     pub(super) fn turned(&self, block: usize) -> Vec3 {
         let contact_block = &self.blocks[block];
         // `cell` of a velocity field gives the half edges at rest plus their rates.
-        let ways = contact_block.cell(self.last.0).half;
+        let half_edges = contact_block.cell(self.last.0).half;
         let edges = contact_block.cell(self.u).half;
         let turn = |d: usize| {
-            let du = ways[d]
+            let du = half_edges[d]
                 - contact_block.steps[d] * (0.5 * contact_block.topology.divisions() as f64);
             edges[d].cross(&du) / edges[d].norm_squared()
         };
@@ -206,21 +206,21 @@ impl Configuration<'_> {
         &self,
         blocks: [u32; 2],
         faces: [FaceId; 2],
-        spots: &[SurfacePoint; 2],
+        points: &[SurfacePoint; 2],
     ) -> Vec3 {
-        self.position(blocks[1] as usize, faces[1], &spots[1])
-            - self.position(blocks[0] as usize, faces[0], &spots[0])
+        self.position(blocks[1] as usize, faces[1], &points[1])
+            - self.position(blocks[0] as usize, faces[0], &points[0])
     }
 
     /// Change of the vector between two points in the last step `[m]`.
-    pub(super) fn parted(
+    pub(super) fn apart_increment(
         &self,
         blocks: [u32; 2],
         faces: [FaceId; 2],
-        spots: &[SurfacePoint; 2],
+        points: &[SurfacePoint; 2],
     ) -> Vec3 {
-        self.du(blocks[1] as usize, faces[1], &spots[1])
-            - self.du(blocks[0] as usize, faces[0], &spots[0])
+        self.du(blocks[1] as usize, faces[1], &points[1])
+            - self.du(blocks[0] as usize, faces[0], &points[0])
     }
 
     /// Displacement increment of a point in the last step `[m]`.

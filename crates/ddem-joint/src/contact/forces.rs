@@ -53,15 +53,15 @@ impl Patch {
             if self.pairs().all(|pair| pair.failure.is_some()) {
                 self.turn_with_larger(configuration);
             }
-            return self.act_by(context.law(bond.law), configuration, context);
+            return self.update_with_law(context.law(bond.law), configuration, context);
         }
         match self.both.friction {
             Friction::Angle(tan) => {
                 let dry = MohrCoulomb { tan_friction: tan, ..MohrCoulomb::default() };
                 let dry = MohrCoulomb { tan_residual_friction: tan, ..dry };
-                self.act_by(Some(&dry), configuration, context)
+                self.update_with_law(Some(&dry), configuration, context)
             }
-            Friction::Laws(strengths) => self.act_by(
+            Friction::Laws(strengths) => self.update_with_law(
                 Some(&BareFaces { strengths, laws: context.laws }),
                 configuration,
                 context,
@@ -69,7 +69,7 @@ impl Patch {
         }
     }
 
-    fn act_by<L: JointLaw + ?Sized>(
+    fn update_with_law<L: JointLaw + ?Sized>(
         &mut self,
         law: Option<&L>,
         configuration: &Configuration<'_>,
@@ -89,7 +89,7 @@ impl Patch {
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         for i in 0..self.points.len() {
             let point = &mut self.points[i];
-            let apart = configuration.apart(blocks, faces, &point.spots);
+            let apart = configuration.apart(blocks, faces, &point.points);
             let own = axes.tr_mul(&apart);
             let loss = if is_joint {
                 let pair = &mut point.pair;
@@ -98,7 +98,7 @@ impl Patch {
                     law.is_some_and(|law| pair.fail(law, context, elastic, turned, &mut losses));
                 let du = fails.then(|| {
                     pair.begin(elastic, own.x - pair.origin.x);
-                    axes.tr_mul(&configuration.parted(blocks, faces, &point.spots))
+                    axes.tr_mul(&configuration.apart_increment(blocks, faces, &point.points))
                 });
                 pair.update(law.filter(|_| pair.failure.is_some()), &springs, own, du)
             } else {

@@ -17,25 +17,25 @@ const SCALE: f64 = 1.25;
 pub(super) struct OldPatch {
     pub(super) patch: Patch,
     /// Energies of its springs, normal and shear `[J]`.
-    held: [f64; 2],
+    spring_energies: [f64; 2],
 }
 
 impl OldPatch {
     /// Updates the old points at the present positions. Also returns the losses of this update.
     pub(super) fn new(mut patch: Patch, builder: &PatchBuilder<'_>) -> (Self, Losses) {
         let opening = |pair: &JointPoint| pair.state.gap + pair.state.applied_dilation;
-        let mut opened: Vec<f64> = patch.pairs().map(opening).collect();
+        let mut opening_increments: Vec<f64> = patch.pairs().map(opening).collect();
         let losses = patch.update(&builder.configuration, builder.context);
-        for (du, pair) in opened.iter_mut().zip(patch.pairs()) {
-            *du = opening(pair) - *du;
+        for (increment, pair) in opening_increments.iter_mut().zip(patch.pairs()) {
+            *increment = opening(pair) - *increment;
         }
-        let held = patch.held(&opened);
-        (Self { patch, held }, losses)
+        let spring_energies = patch.spring_energies(&opening_increments);
+        (Self { patch, spring_energies }, losses)
     }
 
     /// Energy in its springs and its reserve `[J]`.
-    pub(super) fn kept(&self) -> f64 {
-        self.held[0] + self.held[1] + self.patch.reserve()
+    pub(super) fn conserved_energy(&self) -> f64 {
+        self.spring_energies[0] + self.spring_energies[1] + self.patch.reserve()
     }
 }
 
@@ -48,37 +48,37 @@ impl Patch {
 
     /// Opening increments of the points in the last step `[m]`, including the rotation of the
     /// normal.
-    fn opened(&self, configuration: &Configuration<'_>) -> Vec<f64> {
+    fn opening_increments(&self, configuration: &Configuration<'_>) -> Vec<f64> {
         if configuration.start {
             return Vec::new();
         }
         let normal = self.now[0];
         let turn = configuration.turned(self.order()[0]);
         let before = normal - turn.cross(&(normal - turn.cross(&normal) * 0.5));
-        let opened = |point: &ContactPoint| {
-            let apart = configuration.apart(self.blocks, self.faces(), &point.spots);
-            let du = configuration.parted(self.blocks, self.faces(), &point.spots);
+        let opening_increment = |point: &ContactPoint| {
+            let apart = configuration.apart(self.blocks, self.faces(), &point.points);
+            let du = configuration.apart_increment(self.blocks, self.faces(), &point.points);
             normal.dot(&apart) - before.dot(&(apart - du))
         };
-        self.points.iter().map(opened).collect()
+        self.points.iter().map(opening_increment).collect()
     }
 
     /// Energies in the springs, normal and shear `[J]`. The time scheme conserves, as normal
     /// energy, half the present traction times the gap of one step ago.
-    pub(super) fn held(&self, opened: &[f64]) -> [f64; 2] {
-        let mut held = [0.0; 2];
+    pub(super) fn spring_energies(&self, opening_increments: &[f64]) -> [f64; 2] {
+        let mut spring_energies = [0.0; 2];
         for (k, JointPoint { area, state, .. }) in self.pairs().enumerate() {
             let PointState { gap, traction: Traction { normal, shear }, .. } = state;
-            let before = gap - opened.get(k).copied().unwrap_or(0.0);
-            held[0] += 0.5 * area * normal * before;
-            held[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness.shear;
+            let before = gap - opening_increments.get(k).copied().unwrap_or(0.0);
+            spring_energies[0] += 0.5 * area * normal * before;
+            spring_energies[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness.shear;
         }
-        held
+        spring_energies
     }
 
     /// Energy in the springs as the time scheme conserves it, plus the reserve `[J]`.
-    pub(super) fn kept(&self, configuration: &Configuration<'_>) -> f64 {
-        let [normal, shear] = self.held(&self.opened(configuration));
+    pub(super) fn conserved_energy(&self, configuration: &Configuration<'_>) -> f64 {
+        let [normal, shear] = self.spring_energies(&self.opening_increments(configuration));
         normal + shear + self.reserve()
     }
 
@@ -90,10 +90,10 @@ impl Patch {
     /// deficit goes to the reserve. Shear energy only decreases.
     pub(super) fn transfer_energy(&mut self, configuration: &Configuration<'_>, old: &OldPatch) {
         // Rounding, and faces that have just met, may give negative values.
-        let [normal, shear] = old.held.map(|energy| energy.max(0.0));
+        let [normal, shear] = old.spring_energies.map(|energy| energy.max(0.0));
         let before = [(normal + old.patch.reserve()).max(0.0), shear];
-        let opened = self.opened(configuration);
-        let natural = self.held(&opened)[0];
+        let opening_increments = self.opening_increments(configuration);
+        let natural = self.spring_energies(&opening_increments)[0];
         let mut scale = 1.0;
         if natural > 0.0 {
             let pressed = |pair: &JointPoint| pair.state.gap < 0.0;
@@ -104,27 +104,27 @@ impl Patch {
             pairs.filter(|pair| pressed(pair)).for_each(|pair| pair.area *= scale);
         }
         self.both.friction.set_stretch(scale);
-        self.limit_energy(before, &opened);
+        self.limit_energy(before, &opening_increments);
         // Energy of separated faces is not returned.
-        let now = self.held(&opened)[0];
+        let now = self.spring_energies(&opening_increments)[0];
         self.energy_reserve = if now > 0.0 { (before[0] - now).max(0.0) } else { 0.0 };
     }
 
     /// Removes the energy that the springs hold in excess of `before`, normal and shear.
-    pub(super) fn limit_energy(&mut self, before: [f64; 2], opened: &[f64]) {
-        let now = self.held(opened);
-        let shear = if now[1] > before[1] { (before[1] / now[1]).sqrt() } else { 1.0 };
+    pub(super) fn limit_energy(&mut self, before: [f64; 2], opening_increments: &[f64]) {
+        let now = self.spring_energies(opening_increments);
+        let shear_factor = if now[1] > before[1] { (before[1] / now[1]).sqrt() } else { 1.0 };
         // With all gaps scaled by p the energy is p² gg − p gw. Here gg is half the traction times
         // the gap, and gw half the traction times the displacement increment.
-        let press = if now[0] > before[0] {
-            let square = self.held(&[])[0];
-            let du = square - now[0];
-            let root = (du * du + 4.0 * square * before[0]).max(0.0).sqrt();
-            ((du + root) / (2.0 * square)).clamp(0.0, 1.0)
+        let normal_factor = if now[0] > before[0] {
+            let square = self.spring_energies(&[])[0];
+            let work = square - now[0];
+            let root = (work * work + 4.0 * square * before[0]).max(0.0).sqrt();
+            ((work + root) / (2.0 * square)).clamp(0.0, 1.0)
         } else {
             1.0
         };
-        if press == 1.0 && shear == 1.0 {
+        if normal_factor == 1.0 && shear_factor == 1.0 {
             return;
         }
         let soft = self.both.stiffness.shear;
@@ -132,14 +132,14 @@ impl Patch {
             let PointState { gap, dilation, applied_dilation, slip, traction, .. } =
                 &mut point.pair.state;
             if *gap < 0.0 {
-                let less = (1.0 - press) * *gap;
+                let less = (1.0 - normal_factor) * *gap;
                 *gap -= less;
                 *dilation += less;
                 *applied_dilation = *dilation;
-                traction.normal *= press;
+                traction.normal *= normal_factor;
             }
             // Friction decreases with the pressure.
-            let part = shear.min(press);
+            let part = shear_factor.min(normal_factor);
             *slip += traction.shear * ((1.0 - part) / soft);
             traction.shear *= part;
         }
@@ -170,28 +170,28 @@ impl PatchHistory {
         let axes = old.frame();
         let a = old.blocks[0] as usize;
         let face = old.faces()[0];
-        let hand = |&ContactPoint { spots, pair, slid }: &ContactPoint| {
+        let of_point = |&ContactPoint { points, pair, slid }: &ContactPoint| {
             let in_space = |v: Vector2<f64>| axes * Vec3::new(0.0, v.x, v.y);
-            let x = configuration.position(a, face, &spots[0]);
+            let x = configuration.position(a, face, &points[0]);
             let PointState { drag, dilation: offset, traction, slip, equilibrium, .. } = pair.state;
             let shear = in_space(traction.shear);
             let equilibrium = equilibrium.map(|last| (last, in_space(slip - last.slip)));
             (x, PointHistory { offset, shear, drag, slid, equilibrium })
         };
-        Self { points: old.points.iter().map(hand).collect(), near: old.spacing(configuration) }
+        Self { points: old.points.iter().map(of_point).collect(), near: old.spacing(configuration) }
     }
 
     /// History of the nearest old point. It is empty if that point is too far away: the new point
     /// has just come within reach, without a jump. `None` if there are no old points.
     pub(super) fn nearest(&self, x: Vec3) -> Option<PointHistory> {
         let mut best: (f64, Option<PointHistory>) = (f64::INFINITY, None);
-        for (at, handed) in &self.points {
+        for (at, transferred) in &self.points {
             let distance = (at - x).norm_squared();
             if distance < best.0 {
-                best = (distance, Some(*handed));
+                best = (distance, Some(*transferred));
             }
         }
-        let fresh = PointHistory::default();
-        if best.0 > self.near * self.near { Some(fresh) } else { best.1 }
+        let empty = PointHistory::default();
+        if best.0 > self.near * self.near { Some(empty) } else { best.1 }
     }
 }

@@ -67,7 +67,7 @@ const REACH: f64 = 0.02;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactPoint {
     /// Points on blocks a and b.
-    pub spots: [SurfacePoint; 2],
+    pub points: [SurfacePoint; 2],
     /// The springs between the two.
     pub pair: JointPoint,
     /// Accumulated slip since the blocks met or the joint was released `[m]`.
@@ -155,7 +155,7 @@ impl Contacts {
     }
 
     /// Patch of the nonconforming joint of two blocks, unless a contact has replaced it.
-    pub fn held(&self, blocks: [u32; 2]) -> Option<(&Patch, Bond)> {
+    pub fn bonded_patch(&self, blocks: [u32; 2]) -> Option<(&Patch, Bond)> {
         let patch = &self.patches[self.patch_index(blocks).ok()?];
         Some((patch, patch.bond?))
     }
@@ -174,7 +174,7 @@ impl Contacts {
     }
 
     /// Adds nonconforming joints that contacts have replaced.
-    pub fn take_in_released(&mut self, ended: impl IntoIterator<Item = ReleasedJoint>) {
+    pub fn add_released(&mut self, ended: impl IntoIterator<Item = ReleasedJoint>) {
         self.ended.extend(ended);
         self.ended.sort_by_key(|ended| ended.blocks);
     }
@@ -300,7 +300,7 @@ impl ContactPoint {
 impl Patch {
     /// Energy in the springs and the reserve `[J]`.
     fn stored(&self) -> f64 {
-        let [normal, shear] = self.held(&[]);
+        let [normal, shear] = self.spring_energies(&[]);
         normal + shear + self.reserve()
     }
 
@@ -331,9 +331,9 @@ impl Patch {
     #[inline(always)]
     pub fn force(&self, point: &ContactPoint) -> Vec3 {
         let [normal, along] = &self.now;
-        let Traction { normal: press, shear } = point.pair.state.total_traction();
+        let Traction { normal: t_n, shear } = point.pair.state.total_traction();
         let across = normal.cross(along);
-        (normal * press + along * shear.x + across * shear.y) * point.pair.area
+        (normal * t_n + along * shear.x + across * shear.y) * point.pair.area
     }
 
     /// Area of all points `[m²]`.

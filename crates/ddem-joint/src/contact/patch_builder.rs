@@ -8,7 +8,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::history::{OldPatch, PatchHistory, PointHistory};
-use super::side::{ContactSide, apart, edge_node, edge_spot, node_at};
+use super::side::{ContactSide, apart, are_parallel, edge_node, edge_point, node_at};
 use super::surfaces::sides_of;
 use super::{
     CombinedSurface, Configuration, ContactBlock, ContactPoint, ContactSurfaces, Patch, REACH,
@@ -22,8 +22,6 @@ use ddem_mesh::{NonconformingJoint, SurfacePoint, Vec3};
 
 /// Fraction of an element's face area below which a point is ignored.
 const NOTHING: f64 = 1e-9;
-/// Sine of the angle below which edges count as parallel.
-const PARALLEL: f64 = 1e-9;
 /// Least limit of a patch, as a fraction of the reach.
 const SHORTEST: f64 = 0.01;
 
@@ -52,7 +50,7 @@ impl PatchBuilder<'_> {
     /// patch. The gap of their boxes changes no faster than the blocks travel. The height of one
     /// block over a face of the other changes at most by `lever` times the travel. So the patches
     /// found do not depend on the time of the check.
-    pub(super) fn free_travel(&self, blocks: [u32; 2]) -> f64 {
+    pub(super) fn separation_budget(&self, blocks: [u32; 2]) -> f64 {
         let surface: f64 = blocks.iter().map(|&block| self.surfaces.thickness(block)).sum();
         let near = self.reach(blocks) + surface;
         let [a, b] = blocks.map(|block| {
@@ -69,7 +67,7 @@ impl PatchBuilder<'_> {
             return 0.0;
         }
         // With crossed edges the best face normal has less separation, by the margin.
-        let height = match separation.meeting {
+        let height = match separation.feature {
             ContactFeature::Face { .. } => separation.distance,
             ContactFeature::Edges(_) => separation.distance - separation.margin,
         };
@@ -82,7 +80,7 @@ impl PatchBuilder<'_> {
         let cells = blocks.map(|block| self.cell(block));
         let separation = collide::separation(&cells[0], &cells[1]);
         let reach = self.reach(blocks);
-        let (surfaces, faces) = match separation.meeting {
+        let (surfaces, faces) = match separation.feature {
             ContactFeature::Edges(edges) => (
                 [0, 1].map(|side| self.surfaces.of_edge(blocks[side], edges[side])),
                 edges.map(|edge| sides_of(edge)[0]),
@@ -104,11 +102,11 @@ impl PatchBuilder<'_> {
         patch.faces = faces.map(FaceId::number);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
-        match separation.meeting {
+        match separation.feature {
             ContactFeature::Face { .. } => self.face(&mut patch, &frame, None),
             ContactFeature::Edges(edges) => self.edges(&mut patch, edges),
         }
-        self.inherit(&mut patch, &frame, old);
+        self.transfer_history(&mut patch, &frame, old);
         Some(patch)
     }
 
@@ -129,8 +127,8 @@ impl PatchBuilder<'_> {
         let out = if face.upper { half[d] } else { -half[d] };
         let sign = if (cross.dot(&out) > 0.0) == (of == 0) { 1.0 } else { -1.0 };
         let normal = cross.try_normalize(0.0).unwrap_or_default() * sign;
-        let meeting = ContactFeature::Face { of, face, other };
-        let separation = Separation { distance: 0.0, margin: f64::INFINITY, normal, meeting };
+        let feature = ContactFeature::Face { of, face, other };
+        let separation = Separation { distance: 0.0, margin: f64::INFINITY, normal, feature };
         let reach = self.reach(blocks);
         let mut patch = self.empty(blocks, &cells, &separation, CombinedSurface::default(), reach);
         patch.faces = faces.map(FaceId::number);
@@ -148,7 +146,7 @@ impl PatchBuilder<'_> {
         both: CombinedSurface,
         reach: f64,
     ) -> Patch {
-        let reference = match separation.meeting {
+        let reference = match separation.feature {
             ContactFeature::Face { of, .. } => of,
             ContactFeature::Edges(_) => 0,
         };
@@ -198,14 +196,15 @@ impl PatchBuilder<'_> {
             coarse.contact_block.topology.divisions(),
         );
         let at_node = vec![usize::MAX; (n + 1) * (n + 1)];
-        let mut over = Over { sides: [fine_side, coarse], fine, at_node, points: Vec::new() };
+        let mut overlap =
+            ClippedOverlap { sides: [fine_side, coarse], fine, at_node, points: Vec::new() };
         for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
             let quad = fine_side.quad([i, k]);
             if apart(&quad, &coarse.outline) {
                 continue;
             }
             let Some(seen) = &mut seen else {
-                over.add([i, k], &quad, &coarse.outline);
+                overlap.add([i, k], &quad, &coarse.outline);
                 continue;
             };
             for element in (0..m).flat_map(|l| (0..m).map(move |j| [j, l])) {
@@ -213,11 +212,11 @@ impl PatchBuilder<'_> {
                 if apart(&quad, &outline) {
                     continue;
                 }
-                let (corners, inside) = over.add_inside([i, k], &quad, &outline);
+                let (corners, inside) = overlap.add_inside([i, k], &quad, &outline);
                 seen(&corners, &inside);
             }
         }
-        patch.points = over.points.into();
+        patch.points = overlap.points.into();
     }
 
     /// Makes the pair of points at the crossing of two edges.
@@ -229,18 +228,18 @@ impl PatchBuilder<'_> {
             })
         });
         let along = collide::nearest(ends[0], ends[1]);
-        let (mut spots, mut least) = ([SurfacePoint::default(); 2], f64::INFINITY);
+        let (mut points, mut least) = ([SurfacePoint::default(); 2], f64::INFINITY);
         for side in 0..2 {
             let contact_block = &self.configuration.blocks[patch.blocks[side] as usize];
-            spots[side] = edge_spot(contact_block, edges[side], along[side]);
+            points[side] = edge_point(contact_block, edges[side], along[side]);
             let area = sides_of(edges[side]).map(|face| contact_block.element_area(face));
             least = least.min(0.25 * 0.5 * (area[0] + area[1]));
         }
-        patch.points = [ContactPoint::new(spots, least)].into();
+        patch.points = [ContactPoint::new(points, least)].into();
     }
 
     /// Initialises the points and passes on the history of old points nearby.
-    fn inherit(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&OldPatch>) {
+    fn transfer_history(&self, patch: &mut Patch, frame: &[Vec3; 3], old: Option<&OldPatch>) {
         let known = old.map(|old| PatchHistory::new(&self.configuration, &old.patch));
         let last = if old.is_some() { 0.0 } else { 1.0 };
         // Areas change little. With a ratio of 1, friction would drop with every new patch.
@@ -248,25 +247,26 @@ impl PatchBuilder<'_> {
         patch.both.friction.set_stretch(stretch);
         let CombinedSurface { surface, stiffness, .. } = patch.both;
         let (blocks, faces) = (patch.blocks, patch.faces());
-        for ContactPoint { spots, pair, slid } in &mut patch.points {
+        for ContactPoint { points, pair, slid } in &mut patch.points {
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
-            let x = self.configuration.position(blocks[0] as usize, faces[0], &spots[0]);
-            let [gap, sx, sy] = own(self.configuration.apart(blocks, faces, spots));
-            let [opened, wx, wy] = own(self.configuration.parted(blocks, faces, spots));
+            let x = self.configuration.position(blocks[0] as usize, faces[0], &points[0]);
+            let [gap, sx, sy] = own(self.configuration.apart(blocks, faces, points));
+            let [opening_increment, wx, wy] =
+                own(self.configuration.apart_increment(blocks, faces, points));
             // A new contact begins with the gap of one step ago, before the last increment.
-            let before = gap - surface - opened * last;
-            let handed = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
+            let before = gap - surface - opening_increment * last;
+            let transferred = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
                 // Blocks that overlap when they meet get an offset and are not pushed apart.
                 PointHistory { offset: before.min(0.0), ..PointHistory::default() }
             });
-            let PointHistory { offset, drag, .. } = handed;
+            let PointHistory { offset, drag, .. } = transferred;
             let gap = before - offset;
             let normal = (stiffness.normal * gap).min(0.0);
             let limit = patch.both.friction.strength(self.context.laws, normal);
-            let [_, s, t] = own(handed.shear);
+            let [_, s, t] = own(transferred.shear);
             let mut shear = Vector2::new(s, t);
             let sticks = Vector2::new(sx - wx * last, sy - wy * last);
-            let equilibrium = handed.equilibrium.map(|(equilibrium, since)| {
+            let equilibrium = transferred.equilibrium.map(|(equilibrium, since)| {
                 let [_, s, t] = own(since);
                 let slip = sticks - shear / stiffness.shear - Vector2::new(s, t);
                 Equilibrium { slip, ..equilibrium }
@@ -288,7 +288,7 @@ impl PatchBuilder<'_> {
                 account: 0.0,
                 equilibrium,
             };
-            *slid = handed.slid;
+            *slid = transferred.slid;
         }
         if let Some(old) = old {
             patch.transfer_energy(&self.configuration, old);
@@ -298,9 +298,9 @@ impl PatchBuilder<'_> {
 }
 
 impl ContactPoint {
-    /// Pair of points at two spots for an area `[m²]`, without history.
-    fn new(spots: [SurfacePoint; 2], area: f64) -> Self {
-        Self { spots, pair: JointPoint { area, ..JointPoint::default() }, slid: 0.0 }
+    /// Pair of two points for an area `[m²]`, without history.
+    fn new(points: [SurfacePoint; 2], area: f64) -> Self {
+        Self { points, pair: JointPoint { area, ..JointPoint::default() }, slid: 0.0 }
     }
 }
 
@@ -308,7 +308,7 @@ impl ContactPoint {
 type Polygons<'a> = &'a mut dyn FnMut(&[u32], &[u32]);
 
 /// Part of the finer of two faces that lies over the other.
-struct Over<'a> {
+struct ClippedOverlap<'a> {
     /// Finer side and coarser side.
     sides: [&'a ContactSide<'a>; 2],
     /// Block of the finer face, 0 or 1.
@@ -318,7 +318,7 @@ struct Over<'a> {
     points: Vec<ContactPoint>,
 }
 
-impl Over<'_> {
+impl ClippedOverlap<'_> {
     /// Adds the part of an element that lies over an outline.
     fn add(&mut self, element: [usize; 2], quad: &[[f64; 2]; 4], outline: &[[f64; 2]; 4]) {
         for vertex in collide::overlap(quad, outline).as_slice() {
@@ -362,22 +362,11 @@ impl Over<'_> {
         if let Some(node) = node {
             self.at_node[node] = self.points.len();
         }
-        let mut spots = [SurfacePoint::new([i, k], vertex.on); 2];
-        spots[1 - self.fine] = coarse.spot(vertex.at);
-        self.points.push(ContactPoint::new(spots, vertex.area));
+        let mut points = [SurfacePoint::new([i, k], vertex.on); 2];
+        points[1 - self.fine] = coarse.surface_point(vertex.at);
+        self.points.push(ContactPoint::new(points, vertex.area));
         Some(self.points.len() as u32 - 1)
     }
-}
-
-/// True if the edges of two parallelograms have equal directions.
-fn are_parallel(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
-    let edge = |quad: &[[f64; 2]; 4], to: usize| [0, 1].map(|c| quad[to][c] - quad[0][c]);
-    let sine = |x: [f64; 2], y: [f64; 2]| {
-        let cross = x[0] * y[1] - x[1] * y[0];
-        cross.abs() / (libm::hypot(x[0], x[1]) * libm::hypot(y[0], y[1]))
-    };
-    let same = |along: usize, other: usize| sine(edge(a, along), edge(b, other)) < PARALLEL;
-    (same(1, 1) && same(3, 3)) || (same(1, 3) && same(3, 1))
 }
 
 /// Upper bound of the displacement of a corner of one cell normal to a face of the other, per unit

@@ -92,11 +92,11 @@ fn status_of(
     law: Option<&dyn JointLaw>,
     lane: usize,
 ) -> JointStatus {
-    let (moved, whole) = PairMotion::of(broken.lane(lane), law);
+    let (moved, any_bonded) = PairMotion::of(broken.lane(lane), law);
     // Without bond strength an unfailed pair holds no more than a failed one. Neither do the last
     // two pairs of rigid blocks: they lie at quarter points, but the block turns about its edge.
     let hinges = pack.rigid && moved.open >= 2;
-    let bonded = whole && !hinges && law.is_none_or(|law| law.bonds());
+    let bonded = any_bonded && !hinges && law.is_none_or(|law| law.bonds());
     moved.release(bonded, pack.rigid, section.spacing(lane))
 }
 
@@ -116,9 +116,9 @@ fn joint<'a>(
 #[derive(Clone, Copy, Default)]
 pub(super) struct PairMotion {
     /// Largest slip `[m]`.
-    slid: f64,
+    slip: f64,
     /// Largest opening `[m]`.
-    opened: f64,
+    opening: f64,
     /// Number of pairs that are open.
     open: usize,
     /// True if a pair carries tension that softens.
@@ -132,18 +132,18 @@ impl PairMotion {
         law: Option<&dyn JointLaw>,
     ) -> (Self, bool) {
         let softens = law.is_some_and(|law| law.softening().is_some());
-        let (mut moved, mut whole) = (Self::default(), false);
+        let (mut moved, mut any_bonded) = (Self::default(), false);
         for JointPoint { failure, state, .. } in pairs {
             if failure.is_none() {
-                whole = true;
+                any_bonded = true;
                 continue;
             }
-            moved.slid = moved.slid.max(state.slip.norm());
-            moved.opened = moved.opened.max(state.gap);
+            moved.slip = moved.slip.max(state.slip.norm());
+            moved.opening = moved.opening.max(state.gap);
             moved.open += usize::from(state.gap > 0.0);
             moved.softens |= softens && state.damage < 1.0 && state.gap > 0.0;
         }
-        (moved, whole)
+        (moved, any_bonded)
     }
 
     /// True if a contact must replace the joint. Between rigid blocks this happens when one pair
@@ -154,13 +154,13 @@ impl PairMotion {
             (_, true) => 0.0,
             _ => LOOSE,
         };
-        self.slid > SLID * spacing || self.opened > open * spacing
+        self.slip > SLID * spacing || self.opening > open * spacing
     }
 
     pub(super) fn release(self, bonded: bool, rigid: bool, spacing: f64) -> JointStatus {
         if !bonded && self.is_released(rigid, spacing) {
             JointStatus::Pending
-        } else if self.slid.max(self.opened) > LOOSE * spacing {
+        } else if self.slip.max(self.opening) > LOOSE * spacing {
             JointStatus::Mobilised
         } else {
             JointStatus::InPlace
@@ -178,8 +178,8 @@ impl BrokenLattice {
         lane: usize,
         rigid: bool,
     ) -> bool {
-        let (moved, whole) = PairMotion::of(self.lane(lane), context.law(section.laws[lane]));
-        !whole && !moved.is_released(rigid, section.spacing(lane))
+        let (moved, any_bonded) = PairMotion::of(self.lane(lane), context.law(section.laws[lane]));
+        !any_bonded && !moved.is_released(rigid, section.spacing(lane))
     }
 }
 
@@ -217,8 +217,8 @@ pub(super) fn release(
             any = true;
             let Some(other) = at.geometry.above(block, d) else { continue };
             failed += fail_bonded_pairs(at, context, broken_joints, index, d, lane);
-            let gone = remove_springs(at, configuration, broken_joints, index, d, lane);
-            let Some((load, account)) = gone else { continue };
+            let removed = remove_springs(at, configuration, broken_joints, index, d, lane);
+            let Some((load, account)) = removed else { continue };
             let blocks = [block.min(other) as u32, block.max(other) as u32];
             lost.add(load.energy[0] + load.energy[1] + account);
             let Some(mut patch) = make(blocks) else { continue };
@@ -230,8 +230,8 @@ pub(super) fn release(
     }
     if any {
         patches.sort_by_key(|patch| patch.blocks);
-        let taken = |old: &Patch| patches.binary_search_by_key(&old.blocks, |new| new.blocks);
-        contacts.patches.retain(|old| taken(old).is_err());
+        let replaced = |old: &Patch| patches.binary_search_by_key(&old.blocks, |new| new.blocks);
+        contacts.patches.retain(|old| replaced(old).is_err());
         contacts.renew(patches);
     }
     (lost.value(), failed)
@@ -276,21 +276,21 @@ fn remove_springs(
     let axes = configuration.between(block, other) * section.axes;
     let about = (configuration.centre(block) + configuration.centre(other)) / 2.0;
     let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
-    let (mut energy, mut account, mut whole) = ([0.0; 2], 0.0, 0.0);
+    let (mut energy, mut account, mut total_area) = ([0.0; 2], 0.0, 0.0);
     let broken = broken_joints.at(index)[1 << d].as_mut()?;
     let n = at.packs.shape_of(pack).divisions;
     for (p, &JointPoint { area, state, .. }) in broken.lane(lane).enumerate() {
-        let (traction, borne) = (state.traction, state.total_traction());
-        let pull = axes * joined(borne.normal, borne.shear) * area;
+        let (traction, total) = (state.traction, state.total_traction());
+        let pull = axes * joined(total.normal, total.shear) * area;
         force += pull;
         moment += (configuration.pair(block, pack.rigid, d, p, n) - about).cross(&pull);
         energy[0] += area * 0.5 * traction.normal * state.gap;
         energy[1] += area * 0.5 * traction.shear.norm_squared() / section.stiffness(lane).shear;
         account += area * state.account;
-        whole += area;
+        total_area += area;
     }
     broken.remove_springs(lane);
-    Some((JointLoad { energy, area: whole, force, moment, about }, account))
+    Some((JointLoad { energy, area: total_area, force, moment, about }, account))
 }
 
 impl Configuration<'_> {
@@ -340,7 +340,7 @@ impl Patch {
             return;
         }
         // Moments about the centroid of the area: there shear in its plane has no tilting moment.
-        let position = |p: &ContactPoint| configuration.position(block, face, &p.spots[0]);
+        let position = |p: &ContactPoint| configuration.position(block, face, &p.points[0]);
         let middle: Vec3 = self.points.iter().map(|p| position(p) * (p.pair.area / area)).sum();
         let positions: Vec<Vec3> = self.points.iter().map(|p| position(p) - middle).collect();
         let force = load.force * sign;

@@ -30,8 +30,8 @@ const TOGETHER: usize = 256;
 pub struct NearPair {
     /// The two blocks, the lower number first.
     pub blocks: [u32; 2],
-    /// Combined travel before which they need no check `[m]`.
-    pub until: f64,
+    /// Combined travel at which they are checked next `[m]`.
+    pub next_check: f64,
 }
 
 /// Constant data of a search.
@@ -95,13 +95,13 @@ impl Contacts {
             block.bounds(configuration.u, margin + 0.5 * super::REACH * block.spacing)
         };
         let boxes: Vec<_> = configuration.blocks.par_iter().map(bounds).collect();
-        let near = grid::meeting(&boxes).into_par_iter().with_min_len(TOGETHER).filter(|&blocks| {
-            self.patch_index(blocks).is_err() && !self.joined(joints.geometry, blocks)
-        });
+        let near = grid::overlapping_pairs(&boxes).into_par_iter().with_min_len(TOGETHER).filter(
+            |&blocks| self.patch_index(blocks).is_err() && !self.joined(joints.geometry, blocks),
+        );
         let left = |blocks: [u32; 2]| {
             let known = self.near.binary_search_by_key(&blocks, |near| near.blocks);
-            let until = known.map_or(0.0, |at| self.near[at].until);
-            NearPair { blocks, until: until - self.travel_of(configuration, blocks) }
+            let next_check = known.map_or(0.0, |at| self.near[at].next_check);
+            NearPair { blocks, next_check: next_check - self.travel_of(configuration, blocks) }
         };
         self.near = near.map(left).collect();
         self.travel.fill(Lanes::ZERO);
@@ -113,10 +113,10 @@ impl Contacts {
         let configuration = &builder.configuration;
         let context = |near: &NearPair| -> Option<Result<Patch, f64>> {
             let travelled = self.travel_of(configuration, near.blocks);
-            if travelled < near.until {
+            if travelled < near.next_check {
                 return None;
             }
-            let free = builder.free_travel(near.blocks);
+            let free = builder.separation_budget(near.blocks);
             if free > 0.0 {
                 return Some(Err(travelled + free));
             }
@@ -138,7 +138,7 @@ impl Contacts {
         for (at, found) in found {
             match found {
                 Ok(patch) => more.push(patch),
-                Err(until) => self.near[at].until = until,
+                Err(next_check) => self.near[at].next_check = next_check,
             }
         }
         self.replace_patches(configuration, more);
@@ -146,11 +146,11 @@ impl Contacts {
 
     /// Adds patches, and moves the blocks of patches without points back to the near pairs.
     fn replace_patches(&mut self, configuration: &Configuration<'_>, more: Vec<Patch>) {
-        let idle = self.patches.iter().filter(|patch| patch.points.is_empty());
-        let idle: Vec<NearPair> = idle
+        let without_points = self.patches.iter().filter(|patch| patch.points.is_empty());
+        let without_points: Vec<NearPair> = without_points
             .map(|&Patch { blocks, limit, .. }| NearPair {
                 blocks,
-                until: self.travel_of(configuration, blocks) + f64::from(limit),
+                next_check: self.travel_of(configuration, blocks) + f64::from(limit),
             })
             .collect();
         if !more.is_empty() {
@@ -158,8 +158,8 @@ impl Contacts {
                 |near: &NearPair| more.binary_search_by_key(&near.blocks, |p| p.blocks).is_ok();
             self.near.retain(|near| !met(near));
         }
-        if !idle.is_empty() {
-            self.near.extend(idle);
+        if !without_points.is_empty() {
+            self.near.extend(without_points);
             self.near.sort_unstable_by_key(|near| near.blocks);
         }
         self.renew(more);
@@ -212,10 +212,10 @@ pub fn find(
 /// Remakes the points of patches whose blocks have moved. The old springs are updated at the
 /// present positions first. The energy that they hold in excess of the new ones is lost.
 fn renew(builder: &PatchBuilder<'_>, search: SearchContext<'_>, contacts: &mut Contacts) -> Losses {
-    let each = |patch: &mut Patch| -> Option<(Losses, Option<Loosened>)> {
+    let each = |patch: &mut Patch| -> Option<(Losses, Option<ReleasedState>)> {
         if patch.bond.is_some() && search.contact_model.search {
             return release_patch(builder, patch)
-                .map(|(losses, loosened)| (losses, Some(loosened)));
+                .map(|(losses, released)| (losses, Some(released)));
         }
         if patch.bond.is_some() || !builder.has_moved(patch) {
             return None;
@@ -224,29 +224,29 @@ fn renew(builder: &PatchBuilder<'_>, search: SearchContext<'_>, contacts: &mut C
         let blocks = old.patch.blocks;
         let travelled = Patch { blocks, ..Patch::default() };
         *patch = builder.patch(blocks, Some(&old)).unwrap_or(travelled);
-        losses.contact += old.kept() - patch.kept(&builder.configuration);
+        losses.contact += old.conserved_energy() - patch.conserved_energy(&builder.configuration);
         Some((losses, None))
     };
     let patches = &mut contacts.patches;
     let lost: Vec<_> = patches.par_iter_mut().with_min_len(TOGETHER).filter_map(each).collect();
     let mut losses = LossSums::default();
-    for (lost, loosened) in lost {
+    for (lost, released) in lost {
         losses.add(&lost);
-        if let Some(ended) = loosened {
+        if let Some(ended) = released {
             // Blocks of joints whose status has advanced may meet others.
             contacts.known = false;
-            contacts.take_in_released(ended);
+            contacts.add_released(ended);
         }
     }
     losses.total()
 }
 
 /// Result for a joint whose status has advanced: its last state if a contact has replaced it.
-type Loosened = Option<ReleasedJoint>;
+type ReleasedState = Option<ReleasedJoint>;
 
 /// Turns a nonconforming joint into a contact once it has failed and moved. Returns the losses and
 /// the last state of the joint; `None` if its status has not advanced.
-fn release_patch(builder: &PatchBuilder<'_>, patch: &mut Patch) -> Option<(Losses, Loosened)> {
+fn release_patch(builder: &PatchBuilder<'_>, patch: &mut Patch) -> Option<(Losses, ReleasedState)> {
     let context = builder.context;
     let found = patch.moved(&builder.configuration, context);
     let bond = patch.bond.as_mut().filter(|bond| found > Some(bond.release))?;
@@ -291,12 +291,12 @@ impl Contacts {
             patch.bond.as_ref().is_some_and(|bond| bond.release == JointStatus::InPlace)
         });
         let others = bonds.map(|(patch, side)| patch.blocks[1 - side] as usize);
-        let ways = FaceId::all().filter_map(move |face| {
+        let neighbours = FaceId::all().filter_map(move |face| {
             let next = geometry.beyond(block, face)?;
             let owner = if face.upper { block } else { next };
             (self.joints[owner][face.direction] == JointStatus::InPlace).then_some(next)
         });
-        others.chain(ways)
+        others.chain(neighbours)
     }
 }
 
@@ -310,8 +310,8 @@ fn in_lattice(
     if step.iter().any(|step| step.abs() > 1) {
         return false;
     }
-    let mut ways = (0..3).filter(|&d| step[d] != 0);
-    if let (Some(d), None) = (ways.next(), ways.next()) {
+    let mut directions = (0..3).filter(|&d| step[d] != 0);
+    if let (Some(d), None) = (directions.next(), directions.next()) {
         let owner = if step[d] > 0 { a } else { b };
         return joints[owner][d] < JointStatus::Released;
     }

@@ -4,6 +4,9 @@ use super::{Configuration, ContactBlock};
 use ddem_mechanics::collide::{self, EdgeId, FaceId};
 use ddem_mesh::{SurfacePoint, Vec3};
 
+/// Sine of the angle below which edges count as parallel.
+const PARALLEL: f64 = 1e-9;
+
 /// One side of a face contact, projected along the normal.
 pub(super) struct ContactSide<'a> {
     pub(super) contact_block: &'a ContactBlock,
@@ -40,7 +43,7 @@ impl<'a> ContactSide<'a> {
     }
 
     /// Point of the face over a point of the plane.
-    pub(super) fn spot(&self, at: [f64; 2]) -> SurfacePoint {
+    pub(super) fn surface_point(&self, at: [f64; 2]) -> SurfacePoint {
         let n = self.contact_block.topology.divisions();
         let whole = collide::bilinear(&self.outline, at);
         let mut element = whole.map(|x| ((x * n as f64) as usize).min(n - 1));
@@ -90,11 +93,22 @@ pub(super) fn edge_node(contact_block: &ContactBlock, edge: EdgeId, i: usize) ->
 }
 
 /// Point at a fraction of an edge, on the adjacent face across its next direction.
-pub(super) fn edge_spot(contact_block: &ContactBlock, edge: EdgeId, part: f64) -> SurfacePoint {
+pub(super) fn edge_point(contact_block: &ContactBlock, edge: EdgeId, part: f64) -> SurfacePoint {
     let n = contact_block.topology.divisions();
     let along = part * n as f64;
     let i = (along as usize).min(n - 1);
     // Across direction d + 1, the face's own directions are d + 2 and d.
     let (k, on) = if edge.upper[1] { (n - 1, 1.0) } else { (0, 0.0) };
     SurfacePoint::new([k, i], [on, along - i as f64])
+}
+
+/// True if the edges of two parallelograms have equal directions.
+pub(super) fn are_parallel(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
+    let edge = |quad: &[[f64; 2]; 4], to: usize| [0, 1].map(|c| quad[to][c] - quad[0][c]);
+    let sine = |x: [f64; 2], y: [f64; 2]| {
+        let cross = x[0] * y[1] - x[1] * y[0];
+        cross.abs() / (libm::hypot(x[0], x[1]) * libm::hypot(y[0], y[1]))
+    };
+    let same = |along: usize, other: usize| sine(edge(a, along), edge(b, other)) < PARALLEL;
+    (same(1, 1) && same(3, 3)) || (same(1, 3) && same(3, 1))
 }

@@ -86,7 +86,7 @@ impl Polygon {
 
     /// Quadrilateral before any cut.
     #[inline(always)]
-    fn whole(quad: &[Point; 4]) -> Self {
+    fn from_quad(quad: &[Point; 4]) -> Self {
         let mut polygon = Self::EMPTY;
         for ((vertex, &at), on) in polygon.vertices.iter_mut().zip(quad).zip(CORNERS) {
             *vertex = Vertex { at, on, area: 0.0 };
@@ -221,7 +221,7 @@ fn size(quad: &[Point; 4]) -> f64 {
 pub fn overlap(quad: &[Point; 4], outline: &[Point; 4]) -> Polygon {
     let size = size(quad);
     let Some(sides) = sides(outline, size) else { return Polygon::EMPTY };
-    let mut polygon = Polygon::whole(quad);
+    let mut polygon = Polygon::from_quad(quad);
     let mut cuts = [false; 4];
     for (side, cuts) in sides.iter().zip(&mut cuts) {
         let inside = quad.map(|corner| side.height(corner) >= -side.slack);

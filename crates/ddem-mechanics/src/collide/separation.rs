@@ -81,7 +81,7 @@ pub struct Separation {
     /// Unit vector from a to b.
     pub normal: Vector3<f64>,
     /// Features in contact.
-    pub meeting: ContactFeature,
+    pub feature: ContactFeature,
 }
 
 /// Distance, as a fraction of the size, within which axes count as equal and a fixed order decides.
@@ -200,15 +200,15 @@ pub fn separation(a: &Parallelepiped, b: &Parallelepiped) -> Separation {
     if let Some((distance, normal, [i, j])) =
         crossed([&of_a, &of_b], &across, &apart, best, &normal, equal)
     {
-        let meeting = ContactFeature::Edges([of_a.edge(i, &normal), of_b.edge(j, &-normal)]);
+        let feature = ContactFeature::Edges([of_a.edge(i, &normal), of_b.edge(j, &-normal)]);
         let margin = distance - second(&normal);
-        return Separation { distance, margin, normal, meeting };
+        return Separation { distance, margin, normal, feature };
     }
     let outward = if of == 0 { normal } else { -normal };
     let upper = (one.areas[direction].dot(&outward) >= 0.0) == one.right;
     let face = FaceId { direction, upper };
-    let meeting = ContactFeature::Face { of, face, other: other.along(&-outward) };
-    Separation { distance: best, margin: best - second(&normal), normal, meeting }
+    let feature = ContactFeature::Face { of, face, other: other.along(&-outward) };
+    Separation { distance: best, margin: best - second(&normal), normal, feature }
 }
 
 /// Best axis across an edge of a and an edge of b: distance, axis from a to b, and directions of
@@ -265,9 +265,9 @@ fn shapeless(a: &Parallelepiped, b: &Parallelepiped, apart: &Vector3<f64>) -> Se
     let normal = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
     let (face, other) =
         (FaceId { direction: 0, upper: true }, FaceId { direction: 0, upper: false });
-    let meeting = ContactFeature::Face { of: 0, face, other };
+    let feature = ContactFeature::Face { of: 0, face, other };
     let distance = distance_along(a, b, &normal);
-    Separation { distance, margin: 0.0, normal, meeting }
+    Separation { distance, margin: 0.0, normal, feature }
 }
 
 /// Distance of two cells along a unit axis from a to b `[m]`, negative if they overlap along it. It

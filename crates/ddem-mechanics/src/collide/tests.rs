@@ -58,12 +58,12 @@ fn check(
     b: &Parallelepiped,
     distance: f64,
     normal: [f64; 3],
-    meeting: ContactFeature,
+    feature: ContactFeature,
 ) {
     let found = separation(a, b);
     assert!(close(found.distance, distance), "{found:?}");
     assert!((found.normal - Vec3::from(normal)).norm() < 1e-12, "{found:?}");
-    assert_eq!(found.meeting, meeting);
+    assert_eq!(found.feature, feature);
     assert!(close(distance_along(a, b, &found.normal), distance));
 }
 
@@ -77,8 +77,8 @@ fn aligned_cubes_meet_at_faces() {
         let (mut centre, mut normal) = ([0.0; 3], [0.0; 3]);
         (centre[d], normal[d]) = (sign * (1.0 + distance), sign);
         let up = sign > 0.0;
-        let meeting = ContactFeature::Face { of: 0, face: face(d, up), other: face(d, !up) };
-        check(&cube([0.0; 3]), &cube(centre), distance, normal, meeting);
+        let feature = ContactFeature::Face { of: 0, face: face(d, up), other: face(d, !up) };
+        check(&cube([0.0; 3]), &cube(centre), distance, normal, feature);
     }
 }
 
@@ -90,10 +90,10 @@ fn corner_meets_face() {
     let height = 0.5 + 0.75_f64.sqrt();
     for distance in [0.1, -0.1] {
         let (low, high) = (cube([0.0; 3]), turned([0.0, 0.0, height + distance], turn));
-        let meeting = ContactFeature::Face { of: 0, face: face(2, true), other: face(0, false) };
-        check(&low, &high, distance, [0.0, 0.0, 1.0], meeting);
-        let meeting = ContactFeature::Face { of: 1, face: face(2, true), other: face(0, false) };
-        check(&high, &low, distance, [0.0, 0.0, -1.0], meeting);
+        let feature = ContactFeature::Face { of: 0, face: face(2, true), other: face(0, false) };
+        check(&low, &high, distance, [0.0, 0.0, 1.0], feature);
+        let feature = ContactFeature::Face { of: 1, face: face(2, true), other: face(0, false) };
+        check(&high, &low, distance, [0.0, 0.0, -1.0], feature);
     }
 }
 
@@ -119,7 +119,7 @@ fn nearly_parallel_faces_meet_as_faces() {
     let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vec3::x_axis(), 0.05));
     let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), 0.05);
     let found = separation(&low, &turned([0.9, 0.9, 0.97], turn));
-    assert!(matches!(found.meeting, ContactFeature::Face { .. }), "{found:?}");
+    assert!(matches!(found.feature, ContactFeature::Face { .. }), "{found:?}");
 }
 
 /// Distance along the unit vector of an axis, from the corners of both cells.
@@ -176,7 +176,7 @@ fn check_meeting(a: &Parallelepiped, b: &Parallelepiped, found: &Separation) {
         assert!((at.dot(&axis) - most).abs() < 1e-12, "{found:?}");
     };
     let signed = |half: Vec3, upper: bool| if upper { half } else { -half };
-    match found.meeting {
+    match found.feature {
         ContactFeature::Face { of, face, other } => {
             let (one, two) = if of == 0 { (a, b) } else { (b, a) };
             let outward = if of == 0 { found.normal } else { -found.normal };
@@ -219,7 +219,7 @@ fn distances_match_corners_and_sampled_directions() {
         check_meeting(&a, &b, &found);
         let back = separation(&b, &a);
         assert!((back.distance - found.distance).abs() < 1e-8);
-        of_edges += usize::from(matches!(found.meeting, ContactFeature::Edges(_)));
+        of_edges += usize::from(matches!(found.feature, ContactFeature::Edges(_)));
         for direction in directions.iter().filter(|_| all < 0.0) {
             assert!(by_corners(&a, &b, direction) <= all + 1e-12);
         }

@@ -107,7 +107,7 @@ struct Row {
     /// Number of elements.
     count: usize,
     /// True for rows of nodes without forces of an earlier row of elements.
-    fresh: [bool; 4],
+    overwrites: [bool; 4],
 }
 
 #[inline(always)]
@@ -129,7 +129,7 @@ fn rows<S: Simd, const T: usize, E: Elements<S, T>>(
                 node_step,
                 element: [i * e0 + j * e1, element_step],
                 count,
-                fresh: [i == 0 && j == 0, j == 0, i == 0, true],
+                overwrites: [i == 0 && j == 0, j == 0, i == 0, true],
             };
             row_force::<S, T, E>(simd, &row, elements, u, g);
         }
@@ -164,11 +164,11 @@ fn row_force<S: Simd, const T: usize, E: Elements<S, T>>(
             force[k] += sum[k - 3] - difference[k];
             next[k] += sum[k - 3];
         }
-        give::<S, T>(simd, &force, at, row.fresh, g);
+        give::<S, T>(simd, &force, at, row.overwrites, g);
         (force, lower) = (next, upper);
     }
     let last = row.starts.map(|start| start + row.count * row.node_step);
-    give::<S, T>(simd, &force, last, row.fresh, g);
+    give::<S, T>(simd, &force, last, row.overwrites, g);
 }
 
 /// Modes of a station.
@@ -193,24 +193,25 @@ fn give<S: Simd, const T: usize>(
     simd: S,
     force: &Modes<S>,
     at: [usize; 4],
-    fresh: [bool; 4],
+    overwrites: [bool; 4],
     g: &mut [[Lanes; 3]],
 ) {
     let part = |k: usize| [force[k], force[k + 1], force[k + 2]];
     let (low, high) = (sub(part(0), part(6)), add(part(0), part(6)));
     let (low_slope, high_slope) = (sub(part(3), part(9)), add(part(3), part(9)));
-    put::<S, T>(simd, sub(low, low_slope), fresh[0], &mut g[at[0]]);
-    put::<S, T>(simd, add(low, low_slope), fresh[1], &mut g[at[1]]);
-    put::<S, T>(simd, sub(high, high_slope), fresh[2], &mut g[at[2]]);
-    put::<S, T>(simd, add(high, high_slope), fresh[3], &mut g[at[3]]);
+    put::<S, T>(simd, sub(low, low_slope), overwrites[0], &mut g[at[0]]);
+    put::<S, T>(simd, add(low, low_slope), overwrites[1], &mut g[at[1]]);
+    put::<S, T>(simd, sub(high, high_slope), overwrites[2], &mut g[at[2]]);
+    put::<S, T>(simd, add(high, high_slope), overwrites[3], &mut g[at[3]]);
 }
 
 #[inline(always)]
-fn put<S: Simd, const T: usize>(simd: S, force: Vector<S>, fresh: bool, g: &mut [Lanes; 3]) {
-    let old = if fresh { zero(simd) } else { [g[0].load(simd), g[1].load(simd), g[2].load(simd)] };
+fn put<S: Simd, const T: usize>(simd: S, force: Vector<S>, overwrites: bool, g: &mut [Lanes; 3]) {
+    let old =
+        if overwrites { zero(simd) } else { [g[0].load(simd), g[1].load(simd), g[2].load(simd)] };
     for c in 0..3 {
         let own = (c + T) % 3;
-        g[own] = Lanes::from(if fresh { force[c] } else { old[own] + force[c] });
+        g[own] = Lanes::from(if overwrites { force[c] } else { old[own] + force[c] });
     }
 }
 

@@ -48,7 +48,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     let start = *state;
     let tension = law.tension();
     let normal = if gap > 0.0 {
-        state.damage = opened(tension, stiffness.normal, softening, gap, start.damage);
+        state.damage = tensile_damage(tension, stiffness.normal, softening, gap, start.damage);
         if state.damage >= 1.0 && law.residual(0.0) > 0.0 {
             state.damage = PARTED;
         }
@@ -100,7 +100,13 @@ impl Equilibrium {
 }
 
 /// Damage after opening to a gap.
-fn opened(tension: f64, stiffness: f64, softening: Softening, gap: f64, damage: f64) -> f64 {
+fn tensile_damage(
+    tension: f64,
+    stiffness: f64,
+    softening: Softening,
+    gap: f64,
+    damage: f64,
+) -> f64 {
     let elastic = tension / stiffness;
     if softening.opening <= elastic {
         return 1.0;

@@ -1,6 +1,6 @@
 use nalgebra::Vector3;
 
-use super::{Bounds, meeting};
+use super::{Bounds, overlapping_pairs};
 
 /// Reproducible pseudorandom numbers in [0, 1).
 struct Numbers(u64);
@@ -43,7 +43,7 @@ fn brute(boxes: &[Bounds]) -> Vec<[u32; 2]> {
 
 #[track_caller]
 fn check(boxes: &[Bounds]) {
-    assert_eq!(meeting(boxes), brute(boxes));
+    assert_eq!(overlapping_pairs(boxes), brute(boxes));
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn touching_lattice_cubes_match_brute_force() {
     let boxes: Vec<Bounds> = (0..n.pow(3)).map(|k| [low(k), low(k).add_scalar(1.0)]).collect();
     // Each cube has 26 neighbours, found from both sides; border cubes have fewer.
     let ways = (3 * n - 2).pow(3) - n.pow(3);
-    let found = meeting(&boxes);
+    let found = overlapping_pairs(&boxes);
     assert_eq!(found.len(), ways / 2);
     assert!(found.is_sorted() && found.iter().all(|[i, j]| i < j));
 }
@@ -111,7 +111,7 @@ fn distant_and_large_boxes_stay_cheap() {
     let mut boxes = numbers.boxes(50_000, 40.0, |_| [1.0; 3]);
     boxes.push([Vector3::repeat(1e9), Vector3::repeat(1e9 + 1.0)]);
     boxes.push([Vector3::new(-10.0, -10.0, -1.0), Vector3::new(50.0, 50.0, 0.5)]);
-    let found = meeting(&boxes);
+    let found = overlapping_pairs(&boxes);
     let slab = boxes.len() as u32 - 1;
     let on_slab = boxes[..50_000].iter().filter(|b| b[0].z <= 0.5).count();
     assert_eq!(found.iter().filter(|[_, j]| *j == slab).count(), on_slab);

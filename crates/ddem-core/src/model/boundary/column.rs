@@ -203,16 +203,16 @@ impl<'a> ColumnBuilder<'a> {
     }
 
     /// Adds the columns behind the nodes of a face, given with their strips.
-    pub fn add_columns(&mut self, surface: &BlockFace, strips: Vec<Strip>) -> Result<(), NoColumn> {
+    pub fn add_columns(&mut self, face: &BlockFace, strips: Vec<Strip>) -> Result<(), NoColumn> {
         let geometry = self.geometry;
-        let block = surface.block;
-        let upright = self.upright(surface)?;
+        let block = face.block;
+        let upright = self.upright(face)?;
         let rock = self.rock(block);
-        let outward = surface.outward(geometry);
+        let outward = face.outward(geometry);
         let impedance = resistance(&rock, &outward);
         let raised = geometry.axes(block)[upright].z > 0.0;
         for (node, slant, along) in strips {
-            let second = (surface.direction() + 2) % 3 == upright;
+            let second = (face.direction() + 2) % 3 == upright;
             let [width, height] = [along[usize::from(!second)], along[usize::from(second)]];
             let width = slant * (width[0] + width[1]);
             let [low, high] = height.map(|length| width * length);
@@ -229,13 +229,13 @@ impl<'a> ColumnBuilder<'a> {
     }
 
     /// Direction of the upright edge of a face, or the reason why the face has no column.
-    fn upright(&self, surface: &BlockFace) -> Result<usize, NoColumn> {
-        let axes = self.geometry.axes(surface.block);
+    fn upright(&self, face: &BlockFace) -> Result<usize, NoColumn> {
+        let axes = self.geometry.axes(face.block);
         let is_upright = |d: &usize| axes[*d].z.abs() > 1.0 - 1e-12;
         let upright = (0..3).find(is_upright);
         let level = |d: usize| axes[d].z.abs() < 1e-9;
         match upright {
-            Some(d) if d == surface.direction() => Err(NoColumn::Level),
+            Some(d) if d == face.direction() => Err(NoColumn::Level),
             Some(d) if (0..3).all(|e| e == d || level(e)) => Ok(d),
             _ => Err(NoColumn::Aslant),
         }

@@ -181,9 +181,9 @@ impl Boundaries {
 }
 
 /// Impedance `ρ c_P n nᵀ + ρ c_S (1 − n nᵀ)` of the block behind a face `[Pa s/m]`.
-pub fn impedance(geometry: &Geometry, properties: &Properties, surface: &BlockFace) -> Resistance {
-    let rock = &properties.materials[geometry.blocks[surface.block].material as usize];
-    resistance(rock, &surface.outward(geometry))
+pub fn impedance(geometry: &Geometry, properties: &Properties, face: &BlockFace) -> Resistance {
+    let rock = &properties.materials[geometry.blocks[face.block].material as usize];
+    resistance(rock, &face.outward(geometry))
 }
 
 /// Impedance of the rock behind a face with the normal n `[Pa s/m]`.

@@ -18,9 +18,9 @@ use ddem_mesh::Vec3;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ShellState {
     /// Volume of the shell at detonation `[m³]`; `None` before.
-    pub began: Option<f64>,
+    pub detonation_volume: Option<f64>,
     /// Volume of the shell at venting `[m³]`; `None` before.
-    pub left: Option<f64>,
+    pub venting_volume: Option<f64>,
 }
 
 /// Gas of a charge that expands.
@@ -81,7 +81,7 @@ pub struct ChargeState {
     /// True once the gas has vented from all shells.
     pub vented: bool,
     /// Volume of the cavity or of the joints at detonation `[m³]`; `None` before.
-    pub began: Option<f64>,
+    pub detonation_volume: Option<f64>,
 }
 
 /// Forces of a charge on its nodes.
@@ -111,8 +111,8 @@ impl GasCharge {
     pub fn stiffness(&self, u: &[Vec3], states: &[ShellState]) -> Option<(f64, Vec<Vec3>)> {
         let gas = self.gas?;
         let still = vec![Vec3::zeros(); self.nodes.len()];
-        let off = states.iter().any(|state| state.began.is_some());
-        let [first, grown] = if off { self.room(u, states) } else { [gas.start, 0.0] };
+        let detonated = states.iter().any(|state| state.detonation_volume.is_some());
+        let [first, grown] = if detonated { self.room(u, states) } else { [gas.start, 0.0] };
         let narrow = gas.volume(first, grown) < gas.start;
         let (volume, at) = match (narrow, gas.given) {
             (false, _) => (gas.start, &still[..]),
@@ -129,19 +129,19 @@ impl GasCharge {
     /// Initial volume of its gas, and the growth since then `[m³]`.
     fn room(&self, u: &[Vec3], states: &[ShellState]) -> [f64; 2] {
         let Some(gas) = self.gas else { return [0.0; 2] };
-        let (mut all, mut began) = (0.0, 0.0);
+        let (mut all, mut detonation_volume) = (0.0, 0.0);
         for (shell, state) in self.shells.iter().zip(states) {
-            let volume = state.left.unwrap_or_else(|| shell.volume(&self.start, u));
+            let volume = state.venting_volume.unwrap_or_else(|| shell.volume(&self.start, u));
             all += volume;
-            began += state.began.unwrap_or(volume);
+            detonation_volume += state.detonation_volume.unwrap_or(volume);
         }
-        let grown = all - began;
+        let grown = all - detonation_volume;
         match (gas.given, gas.own_room) {
-            (true, _) => [began, grown],
+            (true, _) => [detonation_volume, grown],
             // A joint is never too narrow for its explosive.
             (_, true) => [gas.own, grown.max(0.0)],
             // If rock has moved into the cavity, the explosive makes its own room.
-            _ => [began.max(gas.own), grown],
+            _ => [detonation_volume.max(gas.own), grown],
         }
     }
 
@@ -150,14 +150,14 @@ impl GasCharge {
         let mut forces = vec![Vec3::zeros(); self.nodes.len()];
         let (mut all, mut now) = (0.0, Vec::with_capacity(self.shells.len()));
         for (shell, state) in self.shells.iter().zip(states) {
-            let volume = state.left.unwrap_or_else(|| shell.volume(&self.start, u));
-            let left = state.left.is_some() || shell.is_open(u);
+            let volume = state.venting_volume.unwrap_or_else(|| shell.volume(&self.start, u));
+            let vented = state.venting_volume.is_some() || shell.is_open(u);
             all += volume;
             now.push(ShellState {
-                began: state.began.or(Some(volume)),
-                left: left.then_some(volume),
+                detonation_volume: state.detonation_volume.or(Some(volume)),
+                venting_volume: vented.then_some(volume),
             });
-            if !left {
+            if !vented {
                 shell.add_areas(&self.start, u, &mut forces);
             }
         }

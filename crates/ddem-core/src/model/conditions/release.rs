@@ -9,7 +9,7 @@ use ddem_mesh::Vec3;
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct FadingForces {
     /// Start time of the fading `[s]`.
-    pub(crate) began: f64,
+    pub(crate) start_time: f64,
     /// Forces by node `[N]`.
     pub(crate) forces: AppliedForces,
 }
@@ -24,7 +24,7 @@ pub struct ForceFading {
     /// Relax stages of the run; each of them removes the forces regardless of the time.
     pub(super) relaxing: Vec<usize>,
     /// Start time of the fading `[s]`. It is stored because its stage may be entered again.
-    pub(super) began: f64,
+    pub(super) start_time: f64,
 }
 
 impl ForceFading {
@@ -32,7 +32,7 @@ impl ForceFading {
     /// stages `relaxing` remove them.
     #[must_use]
     pub fn new(from: usize, fades: bool, relaxing: Vec<usize>) -> Self {
-        Self { from, fades, relaxing, began: 0.0 }
+        Self { from, fades, relaxing, start_time: 0.0 }
     }
 }
 
@@ -48,7 +48,7 @@ impl LoadPattern {
 
     pub(super) fn factor(&self, time: f64, starts: &[f64]) -> Factor {
         match &self.fading {
-            Some(fading) => Factor::of(&self.history, time - fading.began),
+            Some(fading) => Factor::of(&self.history, time - fading.start_time),
             None => self.in_force.factor(&self.history, time, starts),
         }
     }
@@ -56,7 +56,7 @@ impl LoadPattern {
     /// True if its forces may change after a time.
     pub(super) fn changes_after(&self, time: f64, starts: &[f64]) -> bool {
         let since = match &self.fading {
-            Some(fading) => time - fading.began,
+            Some(fading) => time - fading.start_time,
             None => self.in_force.since(time, starts),
         };
         self.history.changes_after(since)
@@ -64,10 +64,10 @@ impl LoadPattern {
 
     /// Sets the forces and the start time of their fading.
     pub(crate) fn release(&mut self, released: &FadingForces) {
-        let FadingForces { began, forces } = released;
+        let FadingForces { start_time, forces } = released;
         self.forces = forces.iter().map(|(&node, &f)| (node, Vec3::from(f))).collect();
         if let Some(fading) = &mut self.fading {
-            fading.began = *began;
+            fading.start_time = *start_time;
         }
     }
 }

@@ -26,12 +26,12 @@ pub(super) fn expect(sound: bool, what: &str) -> Checked {
 
 /// Checks the stages of a state with the model at its start.
 pub(super) fn stages(model: &Model, state: &State, run: &RunState) -> Checked {
-    let &State { stage, fresh, .. } = state;
+    let &State { stage, stage_entry, .. } = state;
     let runs = stage < model.n_stages();
     expect(runs && state.stage_starts.len() == stage + 1, "there is no such stage")?;
-    let fresh = fresh.map(|fresh| [Some(fresh.left), Some(fresh.first)]);
+    let stage_entry = stage_entry.map(|entry| [Some(entry.left), Some(entry.first)]);
     let relaxation = run.relaxation.as_ref().map(|state| [Some(state.left), state.driven]);
-    let mut known = fresh.into_iter().chain(relaxation).flatten().flatten();
+    let mut known = stage_entry.into_iter().chain(relaxation).flatten().flatten();
     expect(known.all(|known| known <= stage + 1), "it comes from no such stage")?;
     let released = state.released.keys().copied();
     expect(released.eq(model.fading(0, stage)), "no such blocks have been removed")
@@ -68,7 +68,8 @@ pub(super) fn state(model: &Model, state: &State) -> Checked {
     let known = |forces: &AppliedForces| {
         forces.keys().next_back().is_none_or(|&at| (at as usize) < model.n_nodes())
     };
-    let fades = released.values().all(|fading| fading.began.is_finite() && known(&fading.forces));
+    let fades =
+        released.values().all(|fading| fading.start_time.is_finite() && known(&fading.forces));
     expect(
         known(applied) && known(locked_reactions) && fades,
         "forces are on nodes that are not there",
@@ -90,8 +91,8 @@ fn peaks(model: &Model, peaks: &Peaks) -> Checked {
     let [nodes, blocks] =
         if model.properties.peaks { [model.packs.nodes, model.n_blocks()] } else { [0; 2] };
     let elements = (0..blocks).map(|block| model.geometry.topology(block).elements());
-    let fits = peaks.speeds.len() == nodes && peaks.stresses.iter().map(Vec::len).eq(elements);
-    expect(fits, "its peaks are more or fewer")
+    let matches = peaks.speeds.len() == nodes && peaks.stresses.iter().map(Vec::len).eq(elements);
+    expect(matches, "its peaks are more or fewer")
 }
 
 /// True if the numbers form a pose, which they need not in a diverged run.
@@ -113,8 +114,9 @@ fn broken_joints(model: &Model, broken_joints: &BrokenJoints) -> Checked {
             let section = d.is_some_and(|d| model.sections.get(index, d).is_some());
             let there = section || model.assembly.pack_tables[index][offset] != NO_TABLE;
             let pairs = d.map_or(0, |d| shape.pairs[d].len());
-            let fits = offset > 0 && broken.fits(shape.dims(offset).iter().product(), pairs);
-            expect(there && fits, "joints are broken that are not there")?;
+            let matches =
+                offset > 0 && broken.is_consistent(shape.dims(offset).iter().product(), pairs);
+            expect(there && matches, "joints are broken that are not there")?;
         }
     }
     Ok(())
@@ -136,9 +138,9 @@ fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
         && near.iter().all(|near| contacts.patch_index(near.blocks).is_err());
     expect(met && may_meet, "blocks touch that are not there")?;
     let finite = |Lanes(lanes): &Lanes| lanes.iter().all(|x| x.is_finite());
-    let ways =
-        travel.iter().all(finite) && near.iter().all(|NearPair { until, .. }| until.is_finite());
-    expect(diverged || ways, "it is not known how far blocks have moved")?;
+    let finite_travel = travel.iter().all(finite)
+        && near.iter().all(|NearPair { next_check, .. }| next_check.is_finite());
+    expect(diverged || finite_travel, "it is not known how far blocks have moved")?;
     let sound = patches.iter().all(|patch| diverged || is_finite(patch));
     expect(sound && patches.iter().all(|patch| is_on(model, patch, diverged)), "contacts are none")
 }
@@ -162,7 +164,7 @@ fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
             && (diverged || on.iter().all(|on| (0.0..=1.0).contains(on)))
     };
     let point = |point: &ContactPoint| {
-        patch.blocks.iter().zip(&point.spots).all(on) && (diverged || point.pair.area >= 0.0)
+        patch.blocks.iter().zip(&point.points).all(on) && (diverged || point.pair.area >= 0.0)
     };
     sizes && rest && faces && patch.points.iter().all(point)
 }
@@ -213,10 +215,10 @@ fn bonds(model: &Model, contacts: &Contacts) -> Checked {
     let sorted = contacts.ended.is_sorted_by(|a, b| a.blocks < b.blocks);
     let same = bonds.len() == model.bonded_patches.len()
         && bonds.iter().zip(&model.bonded_patches).all(
-            |((blocks, bond, pairs, fits), bonded_patches)| {
+            |((blocks, bond, pairs, matches), bonded_patches)| {
                 let pairs = *pairs == bonded_patches.patch.points.len();
                 let joint = usize::from(bond.joint) < model.properties.joints.len();
-                *fits && pairs && joint && *blocks == bonded_patches.patch.blocks
+                *matches && pairs && joint && *blocks == bonded_patches.patch.blocks
             },
         );
     expect(sorted && same, "joints between faces are not those of the model")

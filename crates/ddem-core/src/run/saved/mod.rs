@@ -145,7 +145,7 @@ impl From<Vec<u8>> for Saved {
 }
 
 /// Contents of a saved state: format, numbers of the model, state.
-type Whole<'a> = (u32, [u64; 9], Image<&'a State>);
+type SavedContents<'a> = (u32, [u64; 9], Image<&'a State>);
 
 impl Simulation {
     /// Present state as bytes.
@@ -162,7 +162,7 @@ impl Simulation {
     #[must_use]
     pub fn saved_size(&self) -> usize {
         let size = postcard::ser_flavors::Size::default();
-        postcard::serialize_with_flavor(&self.whole(), size).unwrap_or_default()
+        postcard::serialize_with_flavor(&self.contents(), size).unwrap_or_default()
     }
 
     /// Writes the bytes of the present state, without a copy of it in memory.
@@ -171,10 +171,10 @@ impl Simulation {
     ///
     /// Those of `out`.
     pub fn save_to(&self, out: impl Write) -> io::Result<()> {
-        postcard::to_io(&self.whole(), out).map(|_| ()).map_err(io::Error::other)
+        postcard::to_io(&self.contents(), out).map(|_| ()).map_err(io::Error::other)
     }
 
-    fn whole(&self) -> Whole<'_> {
+    fn contents(&self) -> SavedContents<'_> {
         let run = RunState {
             damping: self.damping,
             time_step: self.motion.time_step,

@@ -58,7 +58,7 @@ pub(super) fn contact_diagonal(
     for face in FaceId::all().filter(|&face| topology.is_on(face, at)) {
         let area = contact_block.element_area(face) / 4.0 * topology.quads_at(face, at) as f64;
         let [stiff, shear] =
-            of_contacts(&contact_model.surfaces, block, face, around.meeting.released);
+            of_contacts(&contact_model.surfaces, block, face, around.contact_masses.released);
         let normal = geometry.normal(block, face.direction);
         for c in 0..3 {
             sum[c] += area * (shear + (stiff - shear) * normal[c] * normal[c]);

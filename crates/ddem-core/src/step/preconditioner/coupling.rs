@@ -71,7 +71,7 @@ pub(super) fn inverse_row(
         // rounding has cancelled the difference.
         let Some(solution) = matrix.cholesky().map(|factors| factors.solve(&unit)) else {
             let node = model.geometry.node(block, at);
-            return Err(RunError::NoMass { block, node });
+            return Err(RunError::NoRelaxationMass { block, node });
         };
         (0..8).filter(|&p| free[p]).for_each(|p| row[p][c] = solution[p]);
     }

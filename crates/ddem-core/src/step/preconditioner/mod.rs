@@ -77,7 +77,7 @@ struct MassContext<'a> {
     held: &'a HashMap<u32, [bool; 3]>,
     /// Contact data, if blocks may meet.
     contact_model: Option<&'a ContactModel>,
-    meeting: ContactMasses,
+    contact_masses: ContactMasses,
 }
 
 /// Inverse masses of one pack.
@@ -102,7 +102,7 @@ pub(crate) struct Preconditioner {
     pub(super) of_pack: Vec<u32>,
     /// Inverse masses of rigid blocks, by rigid pack.
     rigid: Vec<rigid::Inverses>,
-    pub(crate) meeting: ContactMasses,
+    pub(crate) contact_masses: ContactMasses,
     /// Blocks around those of each pack, by an index with one base-3 digit per direction (0: the
     /// same cell, 1: the one above, 2: the one below).
     beside: Vec<[Neighbours; 27]>,
@@ -115,15 +115,16 @@ impl Preconditioner {
     pub(crate) fn new(
         model: &Model,
         held: &HashMap<u32, [bool; 3]>,
-        meeting: ContactMasses,
+        contact_masses: ContactMasses,
         stop: &dyn Fn() -> bool,
     ) -> Result<Self, RunError> {
         let couplings: Vec<Coupling> = model.assembly.elements.iter().map(coupling).collect();
-        let contact_model = model.contact.as_ref().filter(|_| meeting.any);
-        let around = MassContext { model, couplings: &couplings, held, contact_model, meeting };
+        let contact_model = model.contact.as_ref().filter(|_| contact_masses.any);
+        let around =
+            MassContext { model, couplings: &couplings, held, contact_model, contact_masses };
         let packs = 0..model.packs.packs.len();
         let beside = packs.into_par_iter().map(|pack| beside(model, pack)).collect();
-        let mut preconditioner = Self { meeting, beside, ..Self::default() };
+        let mut preconditioner = Self { contact_masses, beside, ..Self::default() };
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         let packs: Vec<usize> = (0..model.packs.packs.len()).collect();
         for packs in packs.chunks(TOGETHER) {

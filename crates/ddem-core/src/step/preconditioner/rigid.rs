@@ -34,8 +34,8 @@ pub(super) fn inverses(around: MassContext<'_>, index: usize) -> Inverses {
             let arm = mass_properties.arm(corner as usize);
             (0..3).filter(move |&axis| axes[axis]).map(move |axis| (arm, axis, 0.0))
         });
-        let hold = RigidConstraint::new(mass_properties.size(), supports);
-        let free = hold.map_or_else(Matrix6::identity, |hold| hold.free());
+        let constraint = RigidConstraint::new(mass_properties.size(), supports);
+        let free = constraint.map_or_else(Matrix6::identity, |constraint| constraint.free());
         let stiffness = stiffness(around, block, mass_properties.size());
         pseudo_inverse(free * stiffness * free, NOTHING * stiffness.trace())
     })
@@ -63,7 +63,7 @@ fn stiffness(around: MassContext<'_>, block: usize, size: f64) -> Matrix6<f64> {
         add_contacts(
             &mut sum,
             &contact_model.surfaces,
-            around.meeting.released,
+            around.contact_masses.released,
             block,
             &half,
             size,
@@ -99,10 +99,10 @@ fn add_contacts(
 
 /// Adds the stiffness of a spring at a point that moves with `v + turn ω`.
 fn add_point(sum: &mut Matrix6<f64>, k: &Matrix3<f64>, turn: &Matrix3<f64>) {
-    let mut way = nalgebra::Matrix3x6::zeros();
-    way.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
-    way.fixed_view_mut::<3, 3>(0, 3).copy_from(turn);
-    *sum += way.transpose() * k * way;
+    let mut jacobian = nalgebra::Matrix3x6::zeros();
+    jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
+    jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(turn);
+    *sum += jacobian.transpose() * k * jacobian;
 }
 
 fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {

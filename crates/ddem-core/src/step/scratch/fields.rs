@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::TaskWorkspaces;
 use crate::model::boundary::ActiveBoundaries;
 use crate::model::conditions::ActiveConditions;
-use ddem_joint::broken::PackBreaks;
+use ddem_joint::broken::BrokenLattices;
 use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
@@ -84,7 +84,7 @@ pub(crate) struct FirstPassFields<'a> {
     pub(crate) torques: &'a mut [[Lanes; 3]],
     /// Strain energies; empty if they are not requested.
     pub(crate) energies: &'a mut [[Lanes; 2]],
-    pub(crate) broken_joints: &'a mut [PackBreaks],
+    pub(crate) broken_joints: &'a mut [BrokenLattices],
     pub(crate) losses: &'a mut [Losses],
     pub(crate) workspaces: &'a mut [TaskWorkspaces],
 }

@@ -160,7 +160,7 @@ impl Scratch {
 
     /// Adds the distances that the blocks have moved with the velocities of the last second pass to
     /// the travel in `contacts`.
-    pub(super) fn travel(&self, contacts: &mut Contacts, time_step: f64) {
+    pub(super) fn add_travel(&self, contacts: &mut Contacts, time_step: f64) {
         for (pack, sums) in self.sums.iter().enumerate() {
             // The speed is at most √3 times its largest component.
             contacts.add_travel(pack, sums.fastest.0.map(|v| 1.733 * time_step * v));

@@ -69,7 +69,7 @@ pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
             let corners = corners(lattice, &part);
             let [low, high] = bounds_of(&corners);
             let wide = Vec3::repeat(BEYOND[2] * (high - low).sum());
-            let around = holes.meeting([low - wide, high + wide]);
+            let around = holes.overlapping([low - wide, high + wide]);
             let space =
                 CavityCells { around, geometry, lattice, cells: part, corners, walls: &selected };
             cavities.extend(space.cavity());

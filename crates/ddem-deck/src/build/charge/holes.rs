@@ -100,7 +100,7 @@ impl<'a> Holes<'a> {
     }
 
     /// Lattices whose boxes meet a box.
-    pub(super) fn meeting(&self, [low, high]: [Vec3; 2]) -> Vec<&'a Lattice> {
+    pub(super) fn overlapping(&self, [low, high]: [Vec3; 2]) -> Vec<&'a Lattice> {
         let meets = |hollow: &&LatticeHoles<'_>| {
             let [from, to] = &hollow.bounds;
             (0..3).all(|d| from[d] <= high[d] && low[d] <= to[d])
@@ -130,9 +130,9 @@ pub(super) fn walls(
 }
 
 /// True if a face of a block is a wall of a cavity.
-pub(in crate::build) fn is_wall(geometry: &Geometry, surface: &BlockFace) -> bool {
-    let lattice = geometry.lattice(surface.block);
-    let cell = geometry.blocks[surface.block].cell.map(|c| c as usize);
-    let next = beside(lattice, cell, surface.direction(), surface.face.side());
+pub(in crate::build) fn is_wall(geometry: &Geometry, face: &BlockFace) -> bool {
+    let lattice = geometry.lattice(face.block);
+    let cell = geometry.blocks[face.block].cell.map(|c| c as usize);
+    let next = beside(lattice, cell, face.direction(), face.face.side());
     next.is_some_and(|next| lattice.block[lattice.index(next)] == NONE)
 }

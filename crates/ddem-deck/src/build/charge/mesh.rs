@@ -36,17 +36,17 @@ impl SurfaceBuilder {
     }
 
     /// Adds a whole face of a block.
-    pub(super) fn add_wall(&mut self, geometry: &Geometry, surface: &BlockFace) {
-        let lattice = geometry.lattice(surface.block);
-        let d = surface.direction();
+    pub(super) fn add_wall(&mut self, geometry: &Geometry, face: &BlockFace) {
+        let lattice = geometry.lattice(face.block);
+        let d = face.direction();
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
-        let topology = geometry.topology(surface.block);
+        let topology = geometry.topology(face.block);
         let n = topology.divisions();
-        let first = geometry.blocks[surface.block].first_node;
-        let outward = lattice.axes[e].cross(&lattice.axes[f]).dot(&surface.outward(geometry)) > 0.0;
+        let first = geometry.blocks[face.block].first_node;
+        let outward = lattice.axes[e].cross(&lattice.axes[f]).dot(&face.outward(geometry)) > 0.0;
         let mut wall = BTreeSet::new();
         for (j, i) in (0..n).flat_map(|j| (0..n).map(move |i| (j, i))) {
-            let quad = topology.quad(surface.face, [i, j]);
+            let quad = topology.quad(face.face, [i, j]);
             let mut quad = quad.map(|node| first + node as u32).to_vec();
             wall.extend(&quad);
             if outward {

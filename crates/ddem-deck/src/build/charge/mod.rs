@@ -43,7 +43,7 @@ pub(super) fn charge(
         warnings.extend(warnings::of_joints(index, inside.len(), region, holes));
         size.joints = inside.len();
         size.area = inside.iter().map(|sides| sides[0].area(geometry)).sum();
-        parts.extend(inside.iter().map(|sides| seam(geometry, sides)));
+        parts.extend(inside.iter().map(|sides| joint_surface(geometry, sides)));
     }
     if parts.is_empty() {
         return Err(no_face(index, region, holes));
@@ -127,7 +127,7 @@ fn selects(region: &Region, geometry: &Geometry, sides: &[BlockFace; 2]) -> bool
 }
 
 /// Surface of a gas in a joint: both faces and the strips between their edges.
-fn seam(geometry: &Geometry, sides: &[BlockFace; 2]) -> (SurfaceBuilder, f64, f64) {
+fn joint_surface(geometry: &Geometry, sides: &[BlockFace; 2]) -> (SurfaceBuilder, f64, f64) {
     let [a, b] = sides;
     let mut mesh = SurfaceBuilder::default();
     mesh.add_wall(geometry, a);
@@ -156,8 +156,8 @@ fn no_face(index: usize, region: &Region, holes: &Holes<'_>) -> Fault {
         );
     }
     let hole = |(lattice, empty): (&Lattice, &[[usize; 3]])| {
-        let taken = empty.iter().any(|cell| region.contains(&lattice.centre(*cell)));
-        taken && walls(lattice, empty).next().is_none()
+        let selected = empty.iter().any(|cell| region.contains(&lattice.centre(*cell)));
+        selected && walls(lattice, empty).next().is_none()
     };
     if holes.of(region).any(hole) {
         return fault.help(

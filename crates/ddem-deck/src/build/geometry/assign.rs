@@ -56,7 +56,7 @@ pub(super) fn assign(
 
 /// Assigns the joints and materials of a stage to a geometry in which blocks may have been removed.
 /// `lattices` are the lattices before any assignment.
-pub(super) fn assign_anew(
+pub(super) fn reassign(
     geometry: &mut Geometry,
     mut lattices: Vec<Arc<Lattice>>,
     (deck, names, sets): (&Deck, &Names, &Sets),
@@ -144,7 +144,7 @@ fn changed(
     let joint = |number: u16| deck.joints.values().nth(number.into());
     let (old, new) = inside.chain(between).find(|&(old, new)| {
         let same = |(a, b): (&Joint, &Joint)| {
-            matter(deck, a) == matter(deck, b) && (b.breaks() || !a.breaks())
+            matter(deck, a) == matter(deck, b) && (b.can_fail() || !a.can_fail())
         };
         old != new && !joint(old).zip(joint(new)).is_some_and(same)
     })?;
@@ -167,7 +167,7 @@ fn changed(
         let help = "give the sets a `joint`, or assign one without `until`";
         return Some(Fault::new(ErrorCode::NotSupported, place, message).help(help));
     };
-    let said = |number: u16| {
+    let described = |number: u16| {
         let (thickness, stiffness, density, _) = matter(deck, joint(number)?);
         let [normal, shear] = stiffness.unwrap_or_default();
         let density = density.map_or_else(String::new, |density| format!(", {density} kg/m³"));
@@ -175,7 +175,7 @@ fn changed(
         Some(format!("`{name}` ({thickness} m, {normal:e} and {shear:e} Pa/m{density})"))
     };
     let [old_number, new_number] = [old, new];
-    let [old, new] = [old, new].map(|number| said(number).unwrap_or_default());
+    let [old, new] = [old, new].map(|number| described(number).unwrap_or_default());
     let stage = &deck.stage[stage].name;
     let message = format!("{new} takes the place of {old} as stage `{stage}` begins");
     let stay = joint(old_number).zip(joint(new_number));

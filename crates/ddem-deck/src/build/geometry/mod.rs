@@ -11,10 +11,10 @@ mod overlap;
 mod refine;
 mod region;
 mod select;
+mod selection;
 mod sets;
 mod solid;
 mod stages;
-mod taken;
 mod terrain;
 pub(super) mod touching;
 
@@ -23,8 +23,8 @@ pub(super) use empty_selection::{no_node, nothing, place};
 pub use interface::Interface;
 use lattice::lattices;
 pub(super) use region::Region;
+pub use selection::Selection;
 pub(super) use stages::stages;
-pub use taken::Selection;
 pub(super) use terrain::uncovered;
 
 use std::sync::Arc;
@@ -38,12 +38,12 @@ pub(in crate::build) struct Cut {
     pub(in crate::build) geometry: Geometry,
     pub(in crate::build) sets: Sets,
     /// Blocks that curved and slanted regions have split or removed.
-    pub(in crate::build) taken: Vec<Selection>,
+    pub(in crate::build) selections: Vec<Selection>,
 }
 
 /// Cuts the sets, applies `assign` and `remove`, numbers blocks and nodes.
 pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault>> {
-    let Refined { mut lattices, sets, mut taken, mut faults } = refined(deck, names)?;
+    let Refined { mut lattices, sets, mut selections, mut faults } = refined(deck, names)?;
     let uncovered = |(at, region): (String, _)| uncovered((&at, region), &sets, &lattices);
     let uncovered: Vec<Fault> = deck.regions().into_iter().flat_map(uncovered).collect();
     if !uncovered.is_empty() {
@@ -55,7 +55,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     for (index, entry) in deck.remove.iter().enumerate().filter(|(_, e)| never(e)) {
         let region = Region::new(&entry.region, &sets);
         let what = (format!("remove[{index}]"), format!("remove {index}"));
-        taken.extend(Selection::new(what, &region, &sets, &lattices));
+        selections.extend(Selection::new(what, &region, &sets, &lattices));
         let mut found = false;
         for lattice in lattices.iter_mut().map(Arc::make_mut) {
             found |= region.has_set(lattice.set) && region.remove(lattice);
@@ -93,7 +93,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     if !faults.is_empty() {
         return Err(faults);
     }
-    Ok(Cut { geometry, sets, taken })
+    Ok(Cut { geometry, sets, selections })
 }
 
 impl Region {
@@ -113,7 +113,7 @@ impl Region {
 struct Refined {
     lattices: Vec<Arc<Lattice>>,
     sets: Sets,
-    taken: Vec<Selection>,
+    selections: Vec<Selection>,
     /// Faults of the refinement.
     faults: Vec<Fault>,
 }
@@ -121,14 +121,14 @@ struct Refined {
 fn refined(deck: &Deck, names: &Names) -> Result<Refined, Vec<Fault>> {
     let mut lattices = lattices(deck, names)?;
     let sets = sets::sets(deck, &lattices);
-    let (mut taken, mut faults) = (Vec::new(), Vec::new());
+    let (mut selections, mut faults) = (Vec::new(), Vec::new());
     for (index, entry) in deck.refine.iter().enumerate() {
         let region = Region::new(&entry.region, &sets);
         let what = (format!("refine[{index}]"), format!("refine {index}"));
-        taken.extend(Selection::new(what, &region, &sets, &lattices));
+        selections.extend(Selection::new(what, &region, &sets, &lattices));
         faults.extend(refine::refine(&mut lattices, &region, (index, entry.factor))?);
     }
-    Ok(Refined { lattices, sets, taken, faults })
+    Ok(Refined { lattices, sets, selections, faults })
 }
 
 /// Names of materials and joints as indices, in sorted order.

@@ -4,7 +4,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::schema::Deck;
-use ddem_core::problem::{Lattice, Vec3, bounds_of, meeting};
+use ddem_core::problem::{Lattice, Vec3, bounds_of, overlapping_pairs};
 use ddem_core::{ErrorCode, Fault};
 
 /// Largest number of faults: many sets in one place would give very many, which nobody reads.
@@ -72,7 +72,7 @@ pub(super) fn touching(lattices: &[Arc<Lattice>]) -> Vec<(usize, usize)> {
 /// Pairs of sets, the earlier one first, whose boxes along the coordinate axes meet.
 fn close(lattices: &[Arc<Lattice>]) -> Vec<(usize, usize)> {
     let boxes: Vec<[Vec3; 2]> = lattices.iter().map(|lattice| box_around(lattice)).collect();
-    let pairs = meeting(&boxes).into_iter();
+    let pairs = overlapping_pairs(&boxes).into_iter();
     let mut pairs: Vec<(usize, usize)> = pairs.map(|[i, j]| (i as usize, j as usize)).collect();
     pairs.sort_unstable_by_key(|&(i, j)| (j, i));
     pairs

@@ -129,10 +129,10 @@ impl Region {
             });
             return;
         };
-        let way = flat.normal[axis];
-        let at = flat.at * way;
+        let sign = flat.normal[axis];
+        let at = flat.at * sign;
         let [from, to] = self.ranges[axis].unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
-        let lower = (out * way) < 0.0;
+        let lower = (out * sign) < 0.0;
         self.ranges[axis] = Some(if lower { [from.max(at), to] } else { [from, to.min(at)] });
     }
 

@@ -172,11 +172,11 @@ impl Region {
 
     /// True if a range ends inside a face whose edges both have a component along its axis. The
     /// selected part is then not a product of two lengths.
-    pub(crate) fn cuts_askew(&self, geometry: &Geometry, surface: &BlockFace) -> bool {
-        let lattice = geometry.lattice(surface.block);
-        let corners = surface.reach(geometry);
+    pub(crate) fn cuts_askew(&self, geometry: &Geometry, face: &BlockFace) -> bool {
+        let lattice = geometry.lattice(face.block);
+        let corners = face.reach(geometry);
         (0..3).any(|axis| {
-            let along = |d: usize| d != surface.direction() && lattice.axes[d][axis].abs() > 1e-9;
+            let along = |d: usize| d != face.direction() && lattice.axes[d][axis].abs() > 1e-9;
             let ends_inside = self.range(axis).is_some_and(|[from, to]| {
                 let (clear, all) = (self.tolerance[axis], corners.iter().map(|x| x[axis]));
                 all.clone().any(|x| x < from - clear) || all.clone().any(|x| x > to + clear)
@@ -188,14 +188,14 @@ impl Region {
     /// Selected outer faces: they have the given orientation, lie on every given plane and partly
     /// in the ranges, and have their centre in the shapes.
     pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<BlockFace> {
-        self.sides(geometry, |surface| surface.is_outer(geometry))
+        self.sides(geometry, |face| face.is_outer(geometry))
     }
 
     /// Faces that would be selected if another block did not cover a part of them.
     pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<BlockFace> {
-        let seats = TouchingFaces(geometry);
-        let covered = seats.covered();
-        self.sides(geometry, |surface| seats.is_covered_in_part(surface, &covered))
+        let touching = TouchingFaces(geometry);
+        let covered = touching.covered();
+        self.sides(geometry, |face| touching.is_covered_in_part(face, &covered))
     }
 
     fn sides(&self, geometry: &Geometry, wanted: impl Fn(&BlockFace) -> bool) -> Vec<BlockFace> {
@@ -205,15 +205,15 @@ impl Region {
                 continue;
             }
             for face in FaceId::all() {
-                let surface = BlockFace { block, face };
-                let corners = surface.corners(geometry);
+                let face = BlockFace { block, face };
+                let corners = face.corners(geometry);
                 if corners.iter().all(|x| self.on_planes(x))
-                    && self.faces(&surface.outward(geometry))
-                    && self.in_shapes(&surface.centre(geometry))
-                    && self.ranges_meet(&surface.reach(geometry))
-                    && wanted(&surface)
+                    && self.faces(&face.outward(geometry))
+                    && self.in_shapes(&face.centre(geometry))
+                    && self.ranges_meet(&face.reach(geometry))
+                    && wanted(&face)
                 {
-                    surfaces.push(surface);
+                    surfaces.push(face);
                 }
             }
         }
@@ -231,14 +231,14 @@ impl Region {
 
     /// Tributary area of each node of a surface `[m²]`: half of each neighbouring element and, if
     /// the next block has its face in the same plane, half of each neighbouring gap.
-    pub(crate) fn areas(&self, geometry: &Geometry, surface: &BlockFace) -> Vec<(u32, f64)> {
+    pub(crate) fn areas(&self, geometry: &Geometry, face: &BlockFace) -> Vec<(u32, f64)> {
         let area = |(node, slant, [e, f]): Strip| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
-        self.strips(geometry, surface).into_iter().map(area).collect()
+        self.strips(geometry, face).into_iter().map(area).collect()
     }
 
     /// Lengths whose products are the tributary areas.
-    pub(crate) fn strips(&self, geometry: &Geometry, surface: &BlockFace) -> Vec<Strip> {
-        let BlockFace { block, face } = *surface;
+    pub(crate) fn strips(&self, geometry: &Geometry, face: &BlockFace) -> Vec<Strip> {
+        let BlockFace { block, face } = *face;
         let normal = face.direction;
         let lattice = geometry.lattice(block);
         let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);

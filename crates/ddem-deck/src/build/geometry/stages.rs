@@ -16,7 +16,7 @@ pub(in crate::build) fn stages(
 ) -> Result<(Stages, Vec<Selection>), Vec<Fault>> {
     let region = |region: &Where| Region::new(region, sets);
     let (mut geometries, mut faults) = (vec![(0, start.clone())], Vec::new());
-    let mut taken = Vec::new();
+    let mut selections = Vec::new();
     for (stage, entry) in deck.stage.iter().enumerate() {
         let mut now: Option<Geometry> = None;
         for (index, remove) in deck.remove.iter().enumerate() {
@@ -33,7 +33,7 @@ pub(in crate::build) fn stages(
                 continue;
             }
             let what = (format!("remove[{index}]"), format!("excavate `{}`", entry.name));
-            taken.extend(Selection::new(what, &region, sets, &before.lattices));
+            selections.extend(Selection::new(what, &region, sets, &before.lattices));
             let mut after = before.clone();
             after.remove(&blocks);
             if stage == 0 {
@@ -53,7 +53,7 @@ pub(in crate::build) fn stages(
         if let Some(mut after) = assigned {
             let lattices = refined(deck, all)?.lattices;
             let wrong =
-                assign::assign_anew(&mut after, lattices, (deck, all, sets), stage).into_iter();
+                assign::reassign(&mut after, lattices, (deck, all, sets), stage).into_iter();
             // A fault that appears at one stage may appear again at a later one; it is reported
             // once.
             let known = |fault: &Fault| faults.iter().any(|other| other.place == fault.place);
@@ -65,7 +65,7 @@ pub(in crate::build) fn stages(
     let assigns = (0..deck.stage.len()).filter(|&stage| assign::changes(deck, stage)).collect();
     let excavated = deck.remove.iter().any(|remove| remove.from.is_some());
     if faults.is_empty() {
-        Ok((Stages { geometries, assigns, excavated }, taken))
+        Ok((Stages { geometries, assigns, excavated }, selections))
     } else {
         Err(faults)
     }

@@ -12,7 +12,7 @@ use super::{Names, Region};
 use crate::schema::{Deck, Joint};
 use ddem_core::problem::{
     BlockFace, FaceOverlap, Geometry, MISSES, NonconformingJoint, RestFace, SLIVER, Sets,
-    bounds_of, meeting,
+    bounds_of, overlapping_pairs,
 };
 
 /// Two sorted lists for a stage: the joined faces of blocks of different lattices, and the faces of
@@ -40,12 +40,12 @@ pub(super) fn nonconforming_joints(
     let other = |&[a, b]: &[u32; 2]| {
         geometry.blocks[a as usize].lattice != geometry.blocks[b as usize].lattice
     };
-    let (seats, rules) = (TouchingFaces(geometry), JointRules { joints, assigned, pairs });
+    let (touching, rules) = (TouchingFaces(geometry), JointRules { joints, assigned, pairs });
     let abut = |blocks: [u32; 2]| {
         let mut faces = BlockFace::pairs(blocks.map(|block| block as usize));
-        faces.find_map(|faces| seats.abut(faces, &rules))
+        faces.find_map(|faces| touching.abut(faces, &rules))
     };
-    let near = seats.near(thickest).into_iter().filter(other).filter_map(abut);
+    let near = touching.near(thickest).into_iter().filter(other).filter_map(abut);
     let (joined, apart): (Vec<_>, Vec<_>) = near.partition(|(_, joined)| *joined);
     [joined, apart].map(|all| all.into_iter().map(|(joint_pair, _)| joint_pair).collect())
 }
@@ -67,8 +67,10 @@ impl TouchingFaces<'_> {
     /// Number of nonconforming joints with the centre of one face in a region.
     pub(in crate::build) fn joins_at(&self, region: &Region) -> usize {
         let inside = |joint_pair: &&NonconformingJoint| {
-            let seats = joint_pair.sides().map(|face| face.at_rest(self.0));
-            seats.iter().any(|seat| region.contains_face(&seat.centre(), &seat.normal))
+            let rest_faces = joint_pair.sides().map(|face| face.at_rest(self.0));
+            rest_faces
+                .iter()
+                .any(|rest_face| region.contains_face(&rest_face.centre(), &rest_face.normal))
         };
         self.0.joined().filter(inside).count()
     }
@@ -88,12 +90,12 @@ impl TouchingFaces<'_> {
     /// True if other blocks cover only a part of a face.
     pub(super) fn is_covered_in_part(
         &self,
-        surface: &BlockFace,
+        face: &BlockFace,
         covered: &HashMap<(u32, u8), f64>,
     ) -> bool {
-        let face = (surface.block as u32, surface.face.number());
-        let Some(&covered) = covered.get(&face) else { return false };
-        let [a, b, _, d] = surface.at_rest(self.0).whole;
+        let key = (face.block as u32, face.face.number());
+        let Some(&covered) = covered.get(&key) else { return false };
+        let [a, b, _, d] = face.at_rest(self.0).whole;
         covered < (1.0 - SLIVER) * (b - a).cross(&(d - a)).norm()
     }
 
@@ -103,17 +105,17 @@ impl TouchingFaces<'_> {
         faces: [BlockFace; 2],
         rules: &JointRules<'_>,
     ) -> Option<(NonconformingJoint, bool)> {
-        let seats = self.0.opposed(faces)?;
+        let rest_faces = self.0.opposed(faces)?;
         let indices = faces.map(|face| face.block);
         let blocks = indices.map(|block| block as u32);
-        let fine = usize::from(seats[1].area <= seats[0].area);
+        let fine = usize::from(rest_faces[1].area <= rest_faces[0].area);
         let given = rules.pairs.get(&blocks).copied();
-        let joint =
-            given.or_else(|| self.joint_between(faces, fine, (&seats[fine], &rules.assigned)))?;
+        let joint = given
+            .or_else(|| self.joint_between(faces, fine, (&rest_faces[fine], &rules.assigned)))?;
         let [thickness, stiffness] = rules.joints[joint as usize];
         let FaceOverlap { gap, area } =
-            self.0.face_overlap(indices, &seats, [-thickness, thickness])?;
-        let joined = self.joins(indices, &seats, (gap, thickness));
+            self.0.face_overlap(indices, &rest_faces, [-thickness, thickness])?;
+        let joined = self.joins(indices, &rest_faces, (gap, thickness));
         let faces = faces.map(|face| face.face);
         Some((NonconformingJoint { blocks, faces, joint, area, gap, stiffness }, joined))
     }
@@ -127,7 +129,7 @@ impl TouchingFaces<'_> {
                 [low.add_scalar(-margin), high.add_scalar(margin)]
             })
             .collect();
-        meeting(&boxes)
+        overlapping_pairs(&boxes)
     }
 
     /// Pairs of blocks of two sets whose faces touch without a joint between them.
@@ -137,8 +139,8 @@ impl TouchingFaces<'_> {
         let alone = |blocks: &[u32; 2]| {
             let indices = blocks.map(|block| block as usize);
             let touch = |faces: [BlockFace; 2]| {
-                let seats = self.0.opposed(faces)?;
-                self.0.face_overlap(indices, &seats, [0.0; 2])
+                let rest_faces = self.0.opposed(faces)?;
+                self.0.face_overlap(indices, &rest_faces, [0.0; 2])
             };
             self.0.set(indices[0]) != self.0.set(indices[1])
                 && !joined.contains(blocks)
@@ -156,8 +158,8 @@ impl TouchingFaces<'_> {
             let indices = blocks.map(|block| block as usize);
             let most = part * self.0.misses(indices) / MISSES;
             let gap = |faces: [BlockFace; 2]| {
-                let seats = self.0.opposed(faces)?;
-                Some(self.0.face_overlap(indices, &seats, [0.0, most])?.gap)
+                let rest_faces = self.0.opposed(faces)?;
+                Some(self.0.face_overlap(indices, &rest_faces, [0.0, most])?.gap)
             };
             let gaps = BlockFace::pairs(indices).filter_map(gap).filter(|gap| *gap <= most);
             Some((blocks, gaps.reduce(f64::min)?))
@@ -172,11 +174,11 @@ impl TouchingFaces<'_> {
     fn joins(
         &self,
         blocks: [usize; 2],
-        seats: &[RestFace; 2],
+        rest_faces: &[RestFace; 2],
         (gap, thickness): (f64, f64),
     ) -> bool {
         let misses = self.0.misses(blocks);
-        let cells = (seats[1].whole[0] - seats[0].whole[0]).dot(&seats[0].normal);
+        let cells = (rest_faces[1].whole[0] - rest_faces[0].whole[0]).dot(&rest_faces[0].normal);
         let [a, b] = blocks.map(|block| self.0.set(block));
         gap >= -misses && (a == b || cells.abs() <= misses || (gap - thickness).abs() <= misses)
     }
@@ -185,12 +187,12 @@ impl TouchingFaces<'_> {
         &self,
         faces: [BlockFace; 2],
         fine: usize,
-        (seat, assigned): (&RestFace, &[(Region, u16)]),
+        (rest_face, assigned): (&RestFace, &[(Region, u16)]),
     ) -> Option<u16> {
-        let centre = seat.centre();
+        let centre = rest_face.centre();
         let sets = faces.map(|face| self.0.set(face.block));
         let here = |(region, _): &&(Region, u16)| {
-            region.contains_face(&centre, &seat.normal)
+            region.contains_face(&centre, &rest_face.normal)
                 && sets.iter().any(|&set| region.has_set(set))
         };
         if let Some((_, joint)) = assigned.iter().rev().find(here) {

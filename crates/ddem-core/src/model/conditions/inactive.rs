@@ -19,7 +19,7 @@ impl Conditions {
     }
 
     /// Loads in force whose history is 0 at a time.
-    pub(crate) fn idle(
+    pub(crate) fn loads_at_zero(
         &self,
         stage: usize,
         time: f64,
@@ -28,11 +28,11 @@ impl Conditions {
     ) -> Vec<usize> {
         let factors = self.factors(stage, time, starts).unwrap_or_default();
         let varies = |load: &LoadPattern| !matches!(load.history, TimeFunction::Constant);
-        let idle = |&index: &usize| {
+        let loads_at_zero = |&index: &usize| {
             let load = &self.loaded[index];
             load.in_force.has(stage) && varies(load) && factors.get(index) == Some(&0.0)
         };
-        (0..n_loads).filter(idle).collect()
+        (0..n_loads).filter(loads_at_zero).collect()
     }
 
     /// True if a load or a charge in force may change after a time, or if a driven support moves
