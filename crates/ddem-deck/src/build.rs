@@ -101,7 +101,7 @@ impl BuiltDeck {
         let holds = problem.boundary_holds();
         sound(boundaries::held_faults(deck, &problem, &holds))?;
         problem.stresses = stress::stresses(deck, &problem)?;
-        sound(stress::met(deck, &problem))?;
+        sound(stress::unjoined(deck, &problem))?;
         problem.motions = conditions::motions(deck, &problem);
         Ok(Self { deck: deck.clone(), problem: Arc::new(problem), selections, charges, holds })
     }

@@ -47,7 +47,7 @@ pub fn overlapping_pairs(boxes: &[Bounds]) -> Vec<[u32; 2]> {
 }
 
 #[inline(always)]
-fn meet(a: &Bounds, b: &Bounds) -> bool {
+fn overlap(a: &Bounds, b: &Bounds) -> bool {
     (0..3).all(|d| (a[0][d] <= b[1][d]) & (b[0][d] <= a[1][d]))
 }
 
@@ -110,7 +110,7 @@ fn in_cells(boxes: &[Bounds], small: &[(u32, CellRange)]) -> Vec<[u32; 2]> {
     let pair = |here: u64, [at, other]: [u32; 2]| {
         let ((i, [low, _]), (j, [other_low, _])) = (small[at as usize], small[other as usize]);
         let first = [0, 1, 2].map(|d| low[d].max(other_low[d]));
-        let here = meet(&boxes[i as usize], &boxes[j as usize]) && key(first) == here;
+        let here = overlap(&boxes[i as usize], &boxes[j as usize]) && key(first) == here;
         here.then_some([i, j])
     };
     let pairs = entries.par_chunk_by(|a, b| a.0 == b.0).flat_map_iter(|cell| {
@@ -132,7 +132,7 @@ fn sweep(boxes: &[Bounds], mut small: Vec<u32>, mut large: Vec<u32>, pairs: &mut
         list.sort_unstable_by(|&i, &j| low(i).total_cmp(&low(j)).then(i.cmp(&j)));
     }
     let mut add = |i: u32, j: u32| {
-        if meet(&boxes[i as usize], &boxes[j as usize]) {
+        if overlap(&boxes[i as usize], &boxes[j as usize]) {
             pairs.push([i.min(j), i.max(j)]);
         }
     };

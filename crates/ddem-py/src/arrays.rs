@@ -48,7 +48,7 @@ fn real<'py>(any: &Bound<'py, PyAny>, argument: &str) -> PyResult<Bound<'py, PyA
 }
 
 /// Whole number that is not negative.
-pub(crate) fn whole(any: &Bound<'_, PyAny>, argument: &str) -> PyResult<u64> {
+pub(crate) fn integer(any: &Bound<'_, PyAny>, argument: &str) -> PyResult<u64> {
     let number = any.call_method0("__index__").and_then(|number| number.extract::<u64>());
     number.map_err(|error| {
         let found = any.repr().map_or_else(|_| "?".to_owned(), |text| text.to_string());

@@ -41,7 +41,7 @@ pub(crate) fn field(py: Python<'_>, name: &str, fields: &[&Field]) -> PyResult<F
 fn kind(kind: FieldKind) -> &'static str {
     match kind {
         FieldKind::Real => "f8",
-        FieldKind::Whole => "i8",
+        FieldKind::Integer => "i8",
         FieldKind::State => "u1",
         FieldKind::Flag => "?",
     }

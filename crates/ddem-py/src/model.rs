@@ -162,7 +162,7 @@ impl PyModel {
     /// The deck as a dictionary, a copy: change it and give it to :meth:`from_deck`.
     #[getter]
     fn deck<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        to_python(py, &self.whole(py)?)
+        to_python(py, &self.complete_deck(py)?)
     }
 
     fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<Py<PyAny>> {
@@ -212,7 +212,7 @@ impl PyModel {
 
     /// Text of the deck, if a deck can hold the model, and the name of its results.
     pub(crate) fn text(&self, py: Python<'_>) -> PyResult<(String, String)> {
-        let deck = self.whole(py)?;
+        let deck = self.complete_deck(py)?;
         let text = ddem_deck::write(&deck).map_err(|error| errors::deck(py, &error))?;
         let titled = !deck.title.is_empty();
         let name = if titled { "model.toml".to_owned() } else { model_name(&text) };
@@ -220,7 +220,7 @@ impl PyModel {
     }
 
     /// The deck, if a deck can hold the model.
-    fn whole(&self, py: Python<'_>) -> PyResult<Deck> {
+    fn complete_deck(&self, py: Python<'_>) -> PyResult<Deck> {
         let function = self.draft().function();
         if let Some(place) = function {
             let message = "is a Python function, which a deck cannot hold";

@@ -69,7 +69,7 @@ impl PySimulation {
     ///     Fewer steps were taken, see :attr:`steps`; another call continues.
     #[pyo3(signature = (n=None, *, quiet=false), text_signature = "($self, n=1, *, quiet=False)")]
     fn step(&self, py: Python<'_>, n: Option<&Bound<'_, PyAny>>, quiet: bool) -> PyResult<()> {
-        let n = n.map_or(Ok(1), |n| arrays::whole(n, "n"))?;
+        let n = n.map_or(Ok(1), |n| arrays::integer(n, "n"))?;
         let bar = if n > 1 { progress_bar(py, quiet)? } else { None };
         let mut inner = self.lock_to_move(py)?;
         let simulation = inner.session.simulation_mut();

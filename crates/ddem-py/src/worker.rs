@@ -15,7 +15,7 @@ use pyo3::exceptions::{PyRuntimeError, PyUserWarning};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::arrays::whole;
+use crate::arrays::integer;
 use crate::errors::{internal, is_interruption, model_error};
 
 /// Time between two checks for Ctrl-C and progress.
@@ -85,7 +85,7 @@ pub(crate) struct Pool {
 impl Pool {
     pub(crate) fn new(threads: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
         let Some(threads) = threads else { return Ok(Self::of(0)) };
-        let number = whole(threads, "threads")?;
+        let number = integer(threads, "threads")?;
         match usize::try_from(number).ok().filter(|n| (1..=MOST_THREADS).contains(n)) {
             Some(number) => Ok(Self::of(number)),
             None => {

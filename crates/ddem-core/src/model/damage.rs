@@ -113,7 +113,7 @@ impl<'a> Damage<'a> {
     }
 
     /// True if a pair is bonded and the joint has bond strength.
-    pub(crate) fn holds(&self) -> bool {
+    pub(crate) fn is_bonded(&self) -> bool {
         self.law.is_none_or(JointLaw::bonds)
             && match self.points {
                 JointPairs::Nowhere => false,
@@ -130,6 +130,6 @@ impl<'a> Damage<'a> {
     /// True if the joint has turned so far about its bonded pairs that they must fail.
     pub(crate) fn hinges(&self) -> bool {
         let can = self.law.is_some_and(JointLaw::bonds) && !self.released;
-        can && self.holds() && turned(self.points(), self.spacing)
+        can && self.is_bonded() && turned(self.points(), self.spacing)
     }
 }

@@ -73,9 +73,9 @@ fn null_motions(gram: &Matrix6<f64>) -> Vec<Vector6<f64>> {
 fn describe(motions: &[Vector6<f64>], centre: &Vec3, size: f64) -> Vec<String> {
     let translation = |v: &Vector6<f64>| Vec3::new(v[0], v[1], v[2]);
     let rotation = |v: &Vector6<f64>| Vec3::new(v[3], v[4], v[5]);
-    let has = |wanted: &Vector6<f64>| {
-        let inside: Vector6<f64> = motions.iter().map(|m| m * m.dot(wanted)).sum();
-        (inside - wanted).norm() < 1e-6
+    let has = |required: &Vector6<f64>| {
+        let inside: Vector6<f64> = motions.iter().map(|m| m * m.dot(required)).sum();
+        (inside - required).norm() < 1e-6
     };
     let mut names = Vec::new();
     for (k, axis) in AXES.iter().enumerate() {
@@ -87,13 +87,13 @@ fn describe(motions: &[Vector6<f64>], centre: &Vec3, size: f64) -> Vec<String> {
     for (k, axis) in AXES.iter().enumerate() {
         let turns =
             nalgebra::Matrix3xX::from_columns(&motions.iter().map(&rotation).collect::<Vec<_>>());
-        let wanted = Vec3::ith(k, 1.0);
+        let required = Vec3::ith(k, 1.0);
         let Ok(inverse) = turns.clone().pseudo_inverse(1e-8) else { continue };
-        let share = inverse * wanted;
-        if (&turns * &share - wanted).norm() < 1e-6 {
+        let share = inverse * required;
+        if (&turns * &share - required).norm() < 1e-6 {
             let shift: Vec3 =
                 motions.iter().zip(share.iter()).map(|(m, s)| translation(m) * *s).sum();
-            let through = centre + wanted.cross(&shift) * size;
+            let through = centre + required.cross(&shift) * size;
             // Adding 0 avoids −0 from rounding.
             let through = through.map(|x| (x * 1e4).round() / 1e4 + 0.0);
             names.push(format!(

@@ -71,7 +71,7 @@ pub const CONTACT_FIELDS: [ContactField; 8] = [
     ContactField::new("gap", "m", 1, |c| [c.gap, 0.0, 0.0]),
     ContactField::new("slip", "m", 1, |c| [c.slip, 0.0, 0.0]),
     ContactField::new("sliding", "1", 1, sliding).kind(FieldKind::Flag),
-    ContactField::new("blocks", "1", 2, blocks).kind(FieldKind::Whole),
+    ContactField::new("blocks", "1", 2, blocks).kind(FieldKind::Integer),
 ];
 
 fn sliding(contact: &Contact) -> [f64; 3] {

@@ -107,7 +107,7 @@ impl Snapshot<'_> {
         let n = self.model.n_blocks();
         let mut groups = DisjointSets::new(n);
         let damages = self.model.damages(&self.scratch.trial, &self.scratch.trial_contacts);
-        damages.filter(Damage::holds).for_each(|damage| groups.join(damage.blocks));
+        damages.filter(Damage::is_bonded).for_each(|damage| groups.join(damage.blocks));
         let mut fragments: Vec<Fragment> = vec![Fragment::default(); n];
         for block in (0..n).filter(|&block| !self.model.is_removed(block)) {
             let fragment = &mut fragments[groups.lowest(block)];

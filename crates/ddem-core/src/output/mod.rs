@@ -42,7 +42,7 @@ pub enum FieldKind {
     /// Real numbers.
     Real,
     /// Integers.
-    Whole,
+    Integer,
     /// One of a few states, numbered from 0.
     State,
     /// 0 or 1.
@@ -103,7 +103,7 @@ pub const FIELDS: [Field; 13] = [
     Field::new("velocity", "m/s", FieldLocation::Node, 3, velocity),
     Field::new("stress", "Pa", FieldLocation::Element, 6, stress::stress),
     Field::new("fragment", "1", FieldLocation::Element, 1, fragments::fragment)
-        .kind(FieldKind::Whole),
+        .kind(FieldKind::Integer),
     Field::new("displacement", "m", FieldLocation::Pair, 3, pairs::displacement),
     Field::new("traction", "Pa", FieldLocation::Pair, 3, pairs::traction),
     Field::new("slip", "m", FieldLocation::Pair, 3, pairs::slip),

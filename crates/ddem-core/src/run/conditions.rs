@@ -81,9 +81,9 @@ impl Simulation {
             stiffness * each.sum::<f64>()
         };
         let alone: Vec<f64> = gases.iter().map(own).collect();
-        let meet = lists_that_share_nodes(gases.iter().map(|(nodes, _)| &nodes[..]));
+        let coupled = lists_that_share_nodes(gases.iter().map(|(nodes, _)| &nodes[..]));
         // Gershgorin's bound: the coupling of two gases is at most the geometric mean of both.
-        let row = |i: usize| meet[i].iter().map(|&j| (alone[i] * alone[j]).sqrt()).sum::<f64>();
+        let row = |i: usize| coupled[i].iter().map(|&j| (alone[i] * alone[j]).sqrt()).sum::<f64>();
         match (0..gases.len()).map(row).fold(0.0, f64::max) {
             0.0 => step,
             more => 2.0 / (4.0 / (step * step) + more).sqrt(),
@@ -257,18 +257,18 @@ impl Simulation {
 
 /// Indices of the lists that share a node with each list of nodes, itself included, in order.
 fn lists_that_share_nodes<'a>(lists: impl Iterator<Item = &'a [u32]>) -> Vec<BTreeSet<usize>> {
-    let (mut places, mut meet) = (Vec::new(), Vec::new());
+    let (mut places, mut coupled) = (Vec::new(), Vec::new());
     for (list, nodes) in lists.enumerate() {
         places.extend(nodes.iter().map(|&node| (node, list)));
-        meet.push(BTreeSet::new());
+        coupled.push(BTreeSet::new());
     }
     places.sort_unstable();
     for at_node in places.chunk_by(|a, b| a.0 == b.0) {
         for &(_, list) in at_node {
-            meet[list].extend(at_node.iter().map(|&(_, other)| other));
+            coupled[list].extend(at_node.iter().map(|&(_, other)| other));
         }
     }
-    meet
+    coupled
 }
 
 #[cfg(test)]
@@ -278,10 +278,10 @@ mod tests {
     #[test]
     fn lists_with_common_nodes_are_found() {
         let lists: [&[u32]; 5] = [&[1, 2, 3], &[7, 9], &[3, 4], &[], &[4, 9]];
-        let met: Vec<Vec<usize>> = lists_that_share_nodes(lists.into_iter())
+        let found: Vec<Vec<usize>> = lists_that_share_nodes(lists.into_iter())
             .into_iter()
-            .map(|met| met.into_iter().collect())
+            .map(|found| found.into_iter().collect())
             .collect();
-        assert_eq!(met, [vec![0, 2], vec![1, 4], vec![0, 2, 4], vec![], vec![1, 2, 4]]);
+        assert_eq!(found, [vec![0, 2], vec![1, 4], vec![0, 2, 4], vec![], vec![1, 2, 4]]);
     }
 }

@@ -38,7 +38,7 @@ impl Simulation {
     /// unless the stage supports them. The energy that is added or removed is booked as work.
     fn remove_blocks(&mut self, now: Arc<Geometry>, fading: &[usize]) {
         // No pair fails between the two measurements; the next step checks the new state.
-        let held = std::mem::replace(&mut self.holds, true);
+        let held = std::mem::replace(&mut self.failure_suspended, true);
         let forces = if fading.is_empty() { Vec::new() } else { self.forces() };
         let before = self.energy().balance;
         let mass_properties = self.model.assembly.rigid.clone();
@@ -63,7 +63,7 @@ impl Simulation {
             let after = self.forces();
             self.release(fading, &forces, &after);
         }
-        self.holds = held;
+        self.failure_suspended = held;
     }
 
     /// Keeps the angular velocity of rigid blocks whose inertia has changed; `before` are the

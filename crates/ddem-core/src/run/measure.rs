@@ -63,9 +63,9 @@ impl Simulation {
     }
 
     fn revisions(&self) -> ([u64; 4], bool) {
-        let Self { model, state, scratch, motion, holds, .. } = self;
+        let Self { model, state, scratch, motion, failure_suspended, .. } = self;
         let revisions = [model.revision(), state.revision(), scratch.revision(), motion.revision()];
-        (revisions, *holds)
+        (revisions, *failure_suspended)
     }
 
     /// Brings velocities from the last half step to the present time:

@@ -69,7 +69,7 @@ pub struct Simulation {
     /// Damping of the motion.
     pub(crate) damping: Damping,
     /// True while failure is suspended.
-    holds: bool,
+    failure_suspended: bool,
     /// Time between two samples of the stresses for peaks `[s]`; `None` without peaks.
     sampling_period: Option<f64>,
     /// Flag that stops long computations.
@@ -114,7 +114,7 @@ impl Simulation {
             far: FAR,
             failing: false,
             damping: Damping::None,
-            holds: false,
+            failure_suspended: false,
             stop: Arc::default(),
         }
     }
@@ -347,18 +347,18 @@ impl Simulation {
 
     /// Context of a step from the present state, and the data that a step changes.
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {
-        let Self { model, state, scratch, view, motion, holds, .. } = self;
+        let Self { model, state, scratch, view, motion, failure_suspended, .. } = self;
         view.sliding.clear();
         if !motion.fictitious && !model.is_shaken(state.time, &state.stage_starts) {
             let failed = state.failed != [0; 2];
             let State { broken_joints, contacts, .. } = &**state;
             model.sliding.rates(&model.packs, failed, broken_joints, contacts, &mut view.sliding);
         }
-        (Context::new(model, state, view, motion, *holds), state, scratch)
+        (Context::new(model, state, view, motion, *failure_suspended), state, scratch)
     }
 
     /// Context of the step, with the sliding blocks of the last step.
     fn context(&self) -> Context<'_> {
-        Context::new(&self.model, &self.state, &self.view, &self.motion, self.holds)
+        Context::new(&self.model, &self.state, &self.view, &self.motion, self.failure_suspended)
     }
 }

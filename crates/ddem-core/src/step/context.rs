@@ -35,13 +35,13 @@ pub(crate) struct Context<'a> {
 }
 
 impl<'a> Context<'a> {
-    /// Context in which pairs fail, unless `holds`.
+    /// Context in which pairs fail, unless `failure_suspended`.
     pub(crate) fn new(
         model: &'a Model,
         state: &State,
         view: &'a StageView,
         motion: &'a Motion,
-        holds: bool,
+        failure_suspended: bool,
     ) -> Self {
         let gravity = view.factors.last().copied().unwrap_or(1.0);
         Self {
@@ -49,7 +49,7 @@ impl<'a> Context<'a> {
             view,
             motion,
             gravity: (model.properties.gravity * gravity).into(),
-            failure_divisor: (!motion.fictitious && !holds).then_some(1.0),
+            failure_divisor: (!motion.fictitious && !failure_suspended).then_some(1.0),
             turning: model.can_meet(),
             undamped: model.is_shaken(state.time, &state.stage_starts),
             waits: false,

@@ -11,7 +11,7 @@ use crate::schema::Deck;
 
 /// Faults of stressed sets that touch without a joint. Contacts begin without force, so they cannot
 /// carry an initial stress.
-pub(super) fn met(deck: &Deck, problem: &Problem) -> Vec<Fault> {
+pub(super) fn unjoined(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let (geometry, stresses) = (&**problem.stages.at(0), &problem.stresses);
     if stresses.iter().all(Option::is_none) || !deck.finds_contacts() {
         return Vec::new();

@@ -93,16 +93,16 @@ impl BuiltDeck {
         };
         let wrong: Vec<usize> = (0..stresses.len()).filter(wrong).collect();
         let first = *wrong.first()?;
-        let wanted = -gravity * self.density(model, first);
-        let [x, y, z] = wanted.into();
+        let required = -gravity * self.density(model, first);
+        let [x, y, z] = required.into();
         let stress = stresses[first]?;
         let divergence = stress.divergence();
         // There is advice only for one axis, so that no other component of the gradient changes.
-        let axis = wanted.iamax();
-        let alone = wanted.norm() - wanted[axis].abs() <= 1e-9 * wanted.norm();
-        let paste = (alone && (wanted - divergence).norm() > 0.0).then(|| {
+        let axis = required.iamax();
+        let alone = required.norm() - required[axis].abs() <= 1e-9 * required.norm();
+        let paste = (alone && (required - divergence).norm() > 0.0).then(|| {
             let mut slope = stress.gradient[axis];
-            slope[axis] += (wanted - divergence)[axis];
+            slope[axis] += (required - divergence)[axis];
             let (axis, slope) = (AXES[axis], slope.map(|x| rounded(x, 9)));
             format!("put `gradient = {{ {axis} = {slope:?} }}` into `[[initial]]`")
         });

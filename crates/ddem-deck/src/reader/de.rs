@@ -91,7 +91,7 @@ enum ValueForm<'a> {
     Table(&'a DeTable<'a>),
     Array(&'a [Spanned<DeValue<'a>>]),
     Text(&'a str),
-    Whole(i128),
+    Integer(i128),
     Number(f64),
     Truth(bool),
     Date,
@@ -110,7 +110,7 @@ impl<'a> ValueForm<'a> {
             DeValue::Integer(digits) => {
                 let text = digits.as_str().replace('_', "");
                 i128::from_str_radix(&text, digits.radix())
-                    .map_or(ValueForm::TooLarge, ValueForm::Whole)
+                    .map_or(ValueForm::TooLarge, ValueForm::Integer)
             }
             DeValue::Float(digits) => {
                 let text = digits.as_str().replace('_', "");
@@ -195,7 +195,7 @@ impl<'a> Reader<'a> {
     fn number<V: Visitor<'a>>(&self, visitor: V) -> Result<V::Value, Mistake> {
         match self.value {
             ValueForm::Number(number) => visitor.visit_f64(number),
-            ValueForm::Whole(number) => visitor.visit_f64(number as f64),
+            ValueForm::Integer(number) => visitor.visit_f64(number as f64),
             ValueForm::Text(text) => {
                 let mistake = self.expected("a number");
                 Err(match numbers::hint(text) {
@@ -208,8 +208,8 @@ impl<'a> Reader<'a> {
         .map_err(|mistake| mistake.at(self))
     }
 
-    fn whole<V: Visitor<'a>>(&self, visitor: V, most: u64) -> Result<V::Value, Mistake> {
-        let ValueForm::Whole(number) = self.value else {
+    fn integer<V: Visitor<'a>>(&self, visitor: V, most: u64) -> Result<V::Value, Mistake> {
+        let ValueForm::Integer(number) = self.value else {
             return Err(self.expected("a whole number"));
         };
         match u64::try_from(number).ok().filter(|number| *number <= most) {
@@ -237,7 +237,7 @@ impl<'a> Deserializer<'a> for Reader<'a> {
             ValueForm::Array(_) => self.array(visitor),
             ValueForm::Text(_) => self.text(visitor),
             // A whole number stays one, so that it is quoted as it was written.
-            ValueForm::Whole(number) => match i64::try_from(number) {
+            ValueForm::Integer(number) => match i64::try_from(number) {
                 Ok(number) => {
                     visitor.visit_i64(number).map_err(|mistake: Mistake| mistake.at(&self))
                 }
@@ -265,12 +265,12 @@ impl<'a> Deserializer<'a> for Reader<'a> {
     }
 
     fn deserialize_u32<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Mistake> {
-        self.whole(visitor, u64::from(u32::MAX))
+        self.integer(visitor, u64::from(u32::MAX))
     }
 
     fn deserialize_u64<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Mistake> {
         // This limit of TOML integers ensures that every value that is read can be written.
-        self.whole(visitor, i64::MAX as u64)
+        self.integer(visitor, i64::MAX as u64)
     }
 
     fn deserialize_str<V: Visitor<'a>>(self, visitor: V) -> Result<V::Value, Mistake> {

@@ -193,7 +193,7 @@ fn table(model: &Model, joints: bool) -> impl Iterator<Item = &'static Field> + 
 fn kind(kind: FieldKind) -> NumberType {
     match kind {
         FieldKind::Real => NumberType::F64,
-        FieldKind::Whole => NumberType::I32,
+        FieldKind::Integer => NumberType::I32,
         FieldKind::State | FieldKind::Flag => NumberType::U8,
     }
 }

@@ -32,7 +32,7 @@ pub struct Bond {
     #[serde(skip)]
     pub law: u16,
     /// Status of the joint.
-    pub release: JointStatus,
+    pub status: JointStatus,
 }
 
 /// Nonconforming joint that a contact has replaced.
@@ -91,7 +91,7 @@ impl PatchBuilder<'_> {
             point.pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);
         }
         let joint = joint_pair.joint;
-        patch.bond = Some(Bond { joint, law: joint, release: JointStatus::InPlace });
+        patch.bond = Some(Bond { joint, law: joint, status: JointStatus::InPlace });
         BondedPatch { patch, quads, first_pair: 0, gap: joint_pair.gap }
     }
 }
@@ -218,7 +218,7 @@ impl Patch {
 
     /// Ends the joint of the patch, if there is one, and returns its last state.
     pub fn ended(&mut self) -> Option<ReleasedJoint> {
-        let bond = Bond { release: JointStatus::Released, ..self.bond.take()? };
+        let bond = Bond { status: JointStatus::Released, ..self.bond.take()? };
         let mut pairs: Box<[JointPoint]> = self.pairs().copied().collect();
         pairs.iter_mut().for_each(JointPoint::remove_springs);
         Some(ReleasedJoint { blocks: self.blocks, bond, pairs })
@@ -284,7 +284,7 @@ impl Patch {
         let (moved, any_bonded) = PairMotion::of(self.pairs(), law);
         let bonded = any_bonded && law.is_none_or(|law| law.bonds());
         let rigid = self.blocks.iter().any(|&block| configuration.blocks[block as usize].rigid);
-        Some(moved.release(bonded, rigid, self.spacing(configuration)))
+        Some(moved.status(bonded, rigid, self.spacing(configuration)))
     }
 
     /// Load of the joint on block a.

@@ -159,8 +159,8 @@ impl ContactPoint {
         let back = *offset * part;
         let pressure = -traction.normal;
         // Energy that the springs gain as the offset shrinks and their pressure grows.
-        let taken = |back: f64| -back * pressure + 0.5 * stiffness * back * back;
-        if back > 0.0 || taken(back) <= friction {
+        let work = |back: f64| -back * pressure + 0.5 * stiffness * back * back;
+        if back > 0.0 || work(back) <= friction {
             *offset -= back;
         } else if friction > 0.0 {
             let root = (pressure * pressure + 2.0 * stiffness * friction).sqrt();

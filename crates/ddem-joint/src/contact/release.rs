@@ -97,7 +97,7 @@ fn status_of(
     // two pairs of rigid blocks: they lie at quarter points, but the block turns about its edge.
     let hinges = pack.rigid && moved.open >= 2;
     let bonded = any_bonded && !hinges && law.is_none_or(|law| law.bonds());
-    moved.release(bonded, pack.rigid, section.spacing(lane))
+    moved.status(bonded, pack.rigid, section.spacing(lane))
 }
 
 /// Broken lattice and section of a joint.
@@ -157,7 +157,7 @@ impl PairMotion {
         self.slip > SLID * spacing || self.opening > open * spacing
     }
 
-    pub(super) fn release(self, bonded: bool, rigid: bool, spacing: f64) -> JointStatus {
+    pub(super) fn status(self, bonded: bool, rigid: bool, spacing: f64) -> JointStatus {
         if !bonded && self.is_released(rigid, spacing) {
             JointStatus::Pending
         } else if self.slip.max(self.opening) > LOOSE * spacing {
@@ -356,23 +356,23 @@ impl Patch {
         // Points on a line carry a uniform pressure.
         let even = Vector3::new(given.x / area, 0.0, 0.0);
         let field = matrix.try_inverse().map_or(even, |inverse| inverse * given);
-        let wanted = |x: &Vec3| field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
-        let normal: f64 = self.pairs().zip(&positions).map(|(p, x)| p.area * wanted(x)).sum();
+        let required = |x: &Vec3| field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
+        let normal: f64 = self.pairs().zip(&positions).map(|(p, x)| p.area * required(x)).sum();
         let shear = Vector2::new(s.dot(&force), t.dot(&force));
         let SpringStiffness { normal: stiff, shear: soft } = self.both.stiffness;
         for (point, x) in self.points.iter_mut().zip(&positions) {
-            let wanted = wanted(x);
-            let shear = if normal < 0.0 { shear * (wanted / normal) } else { Vector2::zeros() };
+            let required = required(x);
+            let shear = if normal < 0.0 { shear * (required / normal) } else { Vector2::zeros() };
             // Shifts the offset so that the springs carry the required pressure at the present gap.
             let state = &mut point.pair.state;
             let bare = state.gap + state.dilation;
-            state.gap = wanted / stiff;
+            state.gap = required / stiff;
             (state.dilation, state.applied_dilation) = (bare - state.gap, bare - state.gap);
-            let most = self.both.friction.strength(context.laws, wanted);
+            let most = self.both.friction.strength(context.laws, required);
             let size = shear.norm();
             let carried = if size > most { shear * (most / size) } else { shear };
             state.slip += (state.traction.shear - carried) / soft;
-            state.traction = Traction { normal: wanted, shear: carried };
+            state.traction = Traction { normal: required, shear: carried };
         }
         // A smaller area may hold more energy under the same force; softer springs may not.
         self.limit_energy(load.energy.map(|energy| energy * (load.area / area).max(1.0)), &[]);

@@ -154,9 +154,9 @@ impl Contacts {
             })
             .collect();
         if !more.is_empty() {
-            let met =
+            let has_patch =
                 |near: &NearPair| more.binary_search_by_key(&near.blocks, |p| p.blocks).is_ok();
-            self.near.retain(|near| !met(near));
+            self.near.retain(|near| !has_patch(near));
         }
         if !without_points.is_empty() {
             self.near.extend(without_points);
@@ -249,9 +249,9 @@ type ReleasedState = Option<ReleasedJoint>;
 fn release_patch(builder: &PatchBuilder<'_>, patch: &mut Patch) -> Option<(Losses, ReleasedState)> {
     let context = builder.context;
     let found = patch.moved(&builder.configuration, context);
-    let bond = patch.bond.as_mut().filter(|bond| found > Some(bond.release))?;
+    let bond = patch.bond.as_mut().filter(|bond| found > Some(bond.status))?;
     if let Some(release) = found.filter(|&release| release < JointStatus::Pending) {
-        bond.release = release;
+        bond.status = release;
         return Some((Losses::default(), None));
     }
     // The axes are those of the last step, which a resumed run does not have.
@@ -288,7 +288,7 @@ impl Contacts {
         block: usize,
     ) -> impl Iterator<Item = usize> + 'a {
         let bonds = self.of(block).filter(|(patch, _)| {
-            patch.bond.as_ref().is_some_and(|bond| bond.release == JointStatus::InPlace)
+            patch.bond.as_ref().is_some_and(|bond| bond.status == JointStatus::InPlace)
         });
         let others = bonds.map(|(patch, side)| patch.blocks[1 - side] as usize);
         let neighbours = FaceId::all().filter_map(move |face| {

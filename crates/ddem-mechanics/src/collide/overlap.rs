@@ -104,21 +104,21 @@ impl Polygon {
         }
     }
 
-    /// Stores the part inside a side in `kept`.
+    /// Stores the part inside a side in `inside`.
     #[inline(always)]
-    fn cut(&self, side: &OutlineSide, kept: &mut Self) {
-        kept.len = 0;
+    fn cut(&self, side: &OutlineSide, inside: &mut Self) {
+        inside.len = 0;
         let Some(mut last) = self.as_slice().last() else { return };
         let mut last_height = side.height(last.at);
         for vertex in self.as_slice() {
             let height = side.height(vertex.at);
             match (last_height >= -side.slack, height >= -side.slack) {
-                (true, false) => kept.push(crossing(last, vertex, last_height, height)),
-                (false, true) => kept.push(crossing(vertex, last, height, last_height)),
+                (true, false) => inside.push(crossing(last, vertex, last_height, height)),
+                (false, true) => inside.push(crossing(vertex, last, height, last_height)),
                 _ => {}
             }
             if height >= -side.slack {
-                kept.push(*vertex);
+                inside.push(*vertex);
             }
             (last, last_height) = (vertex, height);
         }

@@ -80,12 +80,12 @@ impl PointSprings {
         let work = 0.5 * (dashpot + state.drag[0]) * du;
         // On the way back it returns at most the energy that its last force took half a step early.
         let back = 0.5 * dashpot * dashpot * time_step / self.dashpot;
-        let taken = if self.dashpot > 0.0 { work.max(-back) } else { 0.0 };
-        state.account += work - taken + 0.5 * settling * du;
+        let dissipated = if self.dashpot > 0.0 { work.max(-back) } else { 0.0 };
+        state.account += work - dissipated + 0.5 * settling * du;
         if state.account < 0.0 || (du > 0.0 && pressed) {
             self.settle_account(du, state);
         }
-        taken
+        dissipated
     }
 
     /// Sets the drag that brings the account to zero after an increment along the normal. Half of

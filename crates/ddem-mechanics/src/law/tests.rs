@@ -266,17 +266,17 @@ fn dashpot_returns_no_more_than_it_took() {
             dashpot: 2.0 * ratio * omega,
             time_step: Some(time_step),
         };
-        let (mut v, mut gap, mut taken) = (-1.0, time_step * 1.5, 0.0);
+        let (mut v, mut gap, mut dissipated) = (-1.0, time_step * 1.5, 0.0);
         let mut state = PointState { damage: 1.0, gap: gap + time_step, ..PointState::default() };
         for _ in 0..(20.0 + 10.0 / step) as usize {
             let damping = springs.update(&law, at(gap, 0.0), &mut state).damping;
-            taken += damping;
-            assert!(taken >= 0.0, "{step} {ratio}: {taken}");
+            dissipated += damping;
+            assert!(dissipated >= 0.0, "{step} {ratio}: {dissipated}");
             v -= time_step * state.total_traction().normal;
             gap += time_step * v;
         }
         // The missing energy has been taken by the dashpot or is still on the account.
-        let left = 0.5 * v * v + taken + state.account;
+        let left = 0.5 * v * v + dissipated + state.account;
         assert!(gap > 0.0 && (left - 0.5).abs() < 1e-12, "{step} {ratio}: {left} {gap}");
     }
 }

@@ -86,9 +86,9 @@ impl RigidConstraint {
             (true, _) => self.motions[i].dot(&added[k]),
             (false, same) => f64::from(u8::from(same)),
         });
-        let wanted = Vector6::from_fn(|i, _| self.motions[i].dot(&missing));
+        let required = Vector6::from_fn(|i, _| self.motions[i].dot(&missing));
         // Held motions are independent; otherwise NaN stops the run.
-        let parts = matrix.lu().solve(&wanted).unwrap_or_else(|| Vector6::repeat(f64::NAN));
+        let parts = matrix.lu().solve(&required).unwrap_or_else(|| Vector6::repeat(f64::NAN));
         let sum = (0..self.count).map(|k| self.motions[k] * parts[k]).sum();
         self.force(sum)
     }

@@ -21,7 +21,7 @@ impl Column {
             let removed = geometries.now.is_removed(geometries.now.block_of(*node as usize));
             // The column keeps the supports of removed ground.
             let fixes = match removed {
-                true => conditions.holds(*node, stage),
+                true => conditions.fixes_of(*node, stage),
                 false => held(active, geometries.packs.node_slot(geometries.now, *node as usize)),
             };
             fixes.map(|fix| fix.map(|f| f as usize))

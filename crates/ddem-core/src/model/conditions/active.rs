@@ -174,7 +174,7 @@ impl ActiveConditions {
 
 impl Conditions {
     /// Fixes that hold the axes of a node in a stage. A node of a removed block keeps its fixes.
-    pub(crate) fn holds(&self, node: u32, stage: usize) -> [Option<u32>; 3] {
+    pub(crate) fn fixes_of(&self, node: u32, stage: usize) -> [Option<u32>; 3] {
         let mut held = [None; 3];
         for (index, fix) in self.fixed.iter().enumerate().filter(|(_, f)| f.in_force.has(stage)) {
             if [&fix.nodes, &fix.removed].iter().any(|nodes| nodes.binary_search(&node).is_ok()) {

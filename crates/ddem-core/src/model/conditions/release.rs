@@ -39,9 +39,9 @@ impl ForceFading {
 impl LoadPattern {
     pub(super) fn acts(&self, stage: usize) -> bool {
         // Relax stages remove fading forces regardless of the time.
-        let taken = |fading: &ForceFading, relax: &usize| (fading.from..=stage).contains(relax);
+        let removes = |fading: &ForceFading, relax: &usize| (fading.from..=stage).contains(relax);
         match &self.fading {
-            Some(fading) => !fading.relaxing.iter().any(|relax| taken(fading, relax)),
+            Some(fading) => !fading.relaxing.iter().any(|relax| removes(fading, relax)),
             None => self.in_force.has(stage),
         }
     }

@@ -205,10 +205,10 @@ fn is_finite(patch: &Patch) -> bool {
 fn bonds(model: &Model, contacts: &Contacts) -> Checked {
     let held = contacts.patches.iter().filter_map(|patch| {
         let bond = patch.bond?;
-        Some((patch.blocks, bond, patch.points.len(), bond.release < JointStatus::Pending))
+        Some((patch.blocks, bond, patch.points.len(), bond.status < JointStatus::Pending))
     });
     let ended = contacts.ended.iter().map(|&ReleasedJoint { blocks, bond, ref pairs }| {
-        (blocks, bond, pairs.len(), bond.release == JointStatus::Released)
+        (blocks, bond, pairs.len(), bond.status == JointStatus::Released)
     });
     let mut bonds: Vec<_> = held.chain(ended).collect();
     bonds.sort_by_key(|(blocks, ..)| *blocks);

@@ -40,25 +40,25 @@ impl Convex {
     pub(super) fn cut(&self, plane: &PlaneEquation) -> Self {
         let (mut faces, mut rim) = (Vec::new(), Vec::new());
         for face in &self.0 {
-            let mut kept = Vec::new();
+            let mut inside = Vec::new();
             for (k, a) in face.iter().enumerate() {
                 let b = &face[(k + 1) % face.len()];
-                let (p, q) = (plane.off(a), plane.off(b));
+                let (p, q) = (plane.signed_distance(a), plane.signed_distance(b));
                 if p <= 0.0 {
-                    kept.push(*a);
+                    inside.push(*a);
                 }
                 if (p < 0.0 && q > 0.0) || (p > 0.0 && q < 0.0) {
                     let on = a + (b - a) * (p / (p - q));
-                    kept.push(on);
+                    inside.push(on);
                     rim.push(on);
                 } else if p == 0.0 {
                     rim.push(*a);
                 }
             }
             // The lid replaces a face in the plane; a face that only touches the plane has no area.
-            let lies = face.iter().all(|x| plane.off(x) == 0.0);
-            if kept.len() > 2 && !lies {
-                faces.push(kept);
+            let lies = face.iter().all(|x| plane.signed_distance(x) == 0.0);
+            if inside.len() > 2 && !lies {
+                faces.push(inside);
             }
         }
         faces.extend(lid(&plane.normal, rim));

@@ -108,7 +108,7 @@ impl Region {
             // Unlike `clamp`, this accepts any range.
             self.ranges[axis].map_or(0.0, |[from, to]| place[axis] - place[axis].min(to).max(from))
         };
-        let off = self.planes.iter().map(|plane| plane.off(x));
+        let off = self.planes.iter().map(|plane| plane.signed_distance(x));
         let all: f64 = off.chain((0..3).map(out)).map(|far| far * far).sum();
         libm::hypot(all.sqrt(), self.beyond_shapes(place))
     }

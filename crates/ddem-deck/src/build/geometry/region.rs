@@ -22,12 +22,12 @@ pub(crate) struct PlaneEquation {
 
 impl PlaneEquation {
     /// Distance of a point, positive on the side of the normal `[m]`.
-    pub(crate) fn off(&self, x: &Vec3) -> f64 {
+    pub(crate) fn signed_distance(&self, x: &Vec3) -> f64 {
         self.normal.dot(x) - self.at
     }
 
     pub(crate) fn has(&self, x: &Vec3) -> bool {
-        self.off(x).abs() <= self.tolerance
+        self.signed_distance(x).abs() <= self.tolerance
     }
 
     /// Axis along which the normal points, in either direction; `None` for an oblique plane.
@@ -216,7 +216,7 @@ impl Region {
     /// True if a point lies in all shapes except the topographies.
     fn in_firm_shapes(&self, x: &Vec3) -> bool {
         self.beyond_round(x) <= self.clear()
-            && self.slopes.iter().all(|slope| slope.off(x) <= slope.tolerance)
+            && self.slopes.iter().all(|slope| slope.signed_distance(x) <= slope.tolerance)
             && self.solid.as_ref().is_none_or(|solid| solid.contains(x))
     }
 
@@ -246,7 +246,7 @@ impl Region {
     /// Largest distance of a point from the shapes `[m]`, 0 inside. For a closed surface it is the
     /// distance from its box.
     pub(super) fn beyond_shapes(&self, x: &Vec3) -> f64 {
-        let slopes = self.slopes.iter().map(|slope| slope.off(x));
+        let slopes = self.slopes.iter().map(|slope| slope.signed_distance(x));
         let solid = self.solid.iter().map(|solid| solid.outside_box(x));
         let terrains = self.terrains.iter().map(|(terrain, above)| {
             let height = terrain.height(x, self.clear()).unwrap_or(x.z);

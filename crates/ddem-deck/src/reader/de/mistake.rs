@@ -156,7 +156,7 @@ pub(super) fn describe(found: ValueForm<'_>) -> String {
         ValueForm::Table(_) => "a table".to_owned(),
         ValueForm::Array(_) => "a list".to_owned(),
         ValueForm::Text(text) => format!("the text {}", quoted(text)),
-        ValueForm::Whole(number) => format!("{number}"),
+        ValueForm::Integer(number) => format!("{number}"),
         ValueForm::Number(number) => format!("{number:?}"),
         ValueForm::Truth(truth) => format!("`{truth}`"),
         ValueForm::Date => "a date".to_owned(),
