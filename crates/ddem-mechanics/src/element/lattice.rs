@@ -12,7 +12,7 @@ use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use super::table::{BoxTable, ElementTable, ObliqueTable};
-use crate::math::lanes::{Lanes, Vector, add, splat, sub, symmetric_times, zero};
+use crate::math::lanes::{Lanes, Vector, add, splat, sub, symmetric_times};
 
 /// Computes `g = K u` of four lattices of `dims` elements. `u` and `g` hold three components a
 /// node, shape `((nx+1)(ny+1)(nz+1), 3)`, with x fastest.
@@ -206,12 +206,10 @@ fn give<S: Simd, const T: usize>(
 }
 
 #[inline(always)]
-fn put<S: Simd, const T: usize>(simd: S, force: Vector<S>, overwrites: bool, g: &mut [Lanes; 3]) {
-    let old =
-        if overwrites { zero(simd) } else { [g[0].load(simd), g[1].load(simd), g[2].load(simd)] };
-    for c in 0..3 {
-        let own = (c + T) % 3;
-        g[own] = Lanes::from(if overwrites { force[c] } else { old[own] + force[c] });
+fn put<S: Simd, const T: usize>(simd: S, force: Vector<S>, fresh: bool, g: &mut [Lanes; 3]) {
+    for (axis, g) in g.iter_mut().enumerate() {
+        let force = force[(axis + 3 - T) % 3];
+        *g = Lanes::from(if fresh { force } else { g.load(simd) + force });
     }
 }
 
