@@ -198,11 +198,12 @@ fn info_explains_missing_results() {
         assert_eq!(outcome.status, Some(2), "{}", outcome.stderr);
         outcome.stderr
     };
-    let missing = "error: there is no folder `results/colum`, did you mean `results/column`?\n";
+    let missing = "error: there is no folder `results/colum`, did you mean `results/column`? [results-folder]\n";
     assert_eq!(message("info results/colum"), missing);
-    let nothing = "error: `results` holds no summary.json: no run has ended a stage there\n";
+    let nothing =
+        "error: `results` has no summary.json: no run has ended a stage there [results-folder]\n";
     assert_eq!(message("info results"), nothing);
-    let file = "error: `column.toml` is a file: give the folder of the results, such as `results/column`\n";
+    let file = "error: `column.toml` is a file: give the folder of the results, such as `results/column` [results-folder]\n";
     assert_eq!(message("info column.toml"), file);
 }
 

@@ -35,7 +35,7 @@ fn missing_results_folder_is_named() {
     let desk = Desk::with(&[PRESS]);
     let outcome = desk.run("plot column.tom");
     assert_eq!(outcome.status, Some(2));
-    assert_eq!(outcome.stderr, "error: there is no folder `column.tom`\n");
+    assert_eq!(outcome.stderr, "error: there is no folder `column.tom` [results-folder]\n");
     let outcome = desk.run("plot column.toml");
     assert!(
         outcome.stderr.contains("`column.toml` is a file: give the folder"),

@@ -71,7 +71,7 @@ fn foreign_states_are_refused_with_the_reason() {
     let mut bytes = saved.bytes().to_vec();
     bytes[0] += 1;
     let format = restore_error(&deck, &bytes);
-    assert!(format.contains("run again from the start"), "{format}");
+    assert!(format.contains("run from the start"), "{format}");
     let damaged = restore_error(&deck, &saved.bytes()[..100]);
     assert!(damaged.contains("damaged"), "{damaged}");
 }

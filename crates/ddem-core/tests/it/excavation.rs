@@ -266,7 +266,7 @@ fn invalid_excavations_are_refused() {
     };
     let pushed = charged(None);
     assert!(
-        pushed.contains("charge[0]") && pushed.contains("taken out in stage `dig`"),
+        pushed.contains("charge[0]") && pushed.contains("stage `dig` removes blocks"),
         "{pushed}"
     );
     assert_eq!(charged(Some("dig".into())), "");

@@ -88,11 +88,12 @@ impl<S: Simd, const T: usize, E: Elements<S, T>> Elements<S, T> for Remaining<'_
     #[inline(always)]
     fn forces(&self, simd: S, element: usize, s: &Modes<S>, d: &Modes<S>) -> ModalForces<S> {
         let alive = self.alive[element].load(simd);
-        let (mut s, mut d) = (*s, *d);
+        let (mut left, mut left_slope) = ([alive; 12], [alive; 12]);
         for k in 0..12 {
-            (s[k], d[k]) = (s[k] * alive, d[k] * alive);
+            left[k] *= s[k];
+            left_slope[k] *= d[k];
         }
-        self.table.forces(simd, element, &s, &d)
+        self.table.forces(simd, element, &left, &left_slope)
     }
 }
 
@@ -150,19 +151,19 @@ fn row_force<S: Simd, const T: usize, E: Elements<S, T>>(
     for p in 0..row.count {
         let at = row.starts.map(|start| start + p * row.node_step);
         let upper = modes::<S, T>(simd, u, at.map(|node| node + row.node_step));
-        let (mut s, mut d) = (upper, upper);
+        let (mut s, mut d) = ([splat(simd, 0.0); 12], [splat(simd, 0.0); 12]);
         for k in 0..12 {
             (s[k], d[k]) = (upper[k] + lower[k], upper[k] - lower[k]);
         }
         let [first, step] = row.element;
         let (sum, difference) = elements.forces(simd, first + p * step, &s, &d);
-        let mut next = difference;
+        let mut next = [splat(simd, 0.0); 12];
         for k in 0..3 {
-            force[k] -= difference[k];
+            (force[k], next[k]) = (force[k] - difference[k], difference[k]);
         }
         for k in 3..12 {
             force[k] += sum[k - 3] - difference[k];
-            next[k] += sum[k - 3];
+            next[k] = sum[k - 3] + difference[k];
         }
         give::<S, T>(simd, &force, at, row.overwrites, g);
         (force, lower) = (next, upper);
