@@ -5,6 +5,8 @@
 
 use std::fmt;
 
+use ddem_core::SafetySearch;
+use ddem_core::problem::shown;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -44,7 +46,7 @@ ddem_core::codes! {
     NoSupport "no-support" "The model has gravity, but neither `[[fix]]` nor `[[boundary]]`."
     NonconformingJoints "nonconforming-joints" "A charge selects joints between faces that do not match."
     NonmonotonicSafety "nonmonotonic-safety" "Blocks held with a larger factor than one with which they failed."
-    NotInEquilibrium "not-in-equilibrium" "In Python, a model whose factor of safety is wanted has not come to rest."
+    NotInEquilibrium "not-in-equilibrium" "In Python, the first relaxation of a search for the factor of safety is undecided."
     OpenCavity "open-cavity" "The cavity of a charge is open to the outside."
     Overdamped "overdamped" "The damping `ratio` of a stage is above 1, critical damping."
     PartlyCoveredFaces "partly-covered-faces" "A load or boundary leaves out faces that other blocks cover in part."
@@ -69,7 +71,7 @@ ddem_core::codes! {
     UnselectedWalls "unselected-walls" "`where` of a charge selects only some walls of its cavity."
     UpwardGravity "upward-gravity" "`gravity` points along +z."
     VentedCharge "vented-charge" "The gas of a charge vented at its detonation."
-    WaitingStages "waiting-stages" "In Python, supports or loads wait for stages that have not begun."
+    WaitingStages "waiting-stages" "In Python, parts of the model wait for stages that have not begun."
     WallsInBoundary "walls-in-boundary" "A boundary selects walls of a cavity."
     WeakCharge "weak-charge" "The initial pressure of an explosive is below that of the air."
 }
@@ -103,6 +105,13 @@ impl Diagnostic {
         self.help = Some(help.into());
         self
     }
+
+    /// The same diagnostic with a location below `place`.
+    #[must_use]
+    pub fn below(mut self, place: &str) -> Self {
+        self.place = format!("{place}.{}", self.place);
+        self
+    }
 }
 
 /// Location, message, advice and code on one line.
@@ -117,6 +126,23 @@ impl fmt::Display for Diagnostic {
             Some(help) => write!(f, "{place}: {message}; {help} [{code}]"),
         }
     }
+}
+
+/// Largest ratio of the tolerance to the resolution of a factor of safety.
+const FINER: f64 = 0.02;
+
+/// Warning about a search with a tolerance that is too large for its resolution; the place is the
+/// key.
+#[must_use]
+pub fn loose_tolerance(search: &SafetySearch) -> Option<Diagnostic> {
+    let SafetySearch { tolerance, resolution, .. } = *search;
+    let most = FINER * resolution;
+    (tolerance > most * (1.0 + 1e-9)).then(|| {
+        let message =
+            format!("with a `tolerance` of {tolerance:e} trials that do not hold count as at rest");
+        let help = format!("at most {most:e} for a `resolution` of {}", shown(resolution));
+        Diagnostic::warning(Code::LooseTolerance, "tolerance", message).help(help)
+    })
 }
 
 /// Warning about a load, given by its number, whose history is 0 in a relax stage.

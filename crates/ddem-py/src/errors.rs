@@ -1,6 +1,7 @@
 //! Errors of the core, as Python's exceptions.
 
 use std::io;
+use std::path::Path;
 
 use ddem_core::{ErrorCode, Fault, ModelError, MovingBlock, RunError};
 use ddem_deck::DeckError;
@@ -27,15 +28,23 @@ macro_rules! raise {
 
 pub(crate) fn busy(py: Python<'_>, what: &str) -> PyErr {
     let by = "another thread is using it, or a function that a call of it calls";
-    raise!(py, "Busy", (format!("{what} is busy: {by}"),))
+    let code = ErrorCode::Busy;
+    coded(py, raise!(py, "Busy", (format!("{what} is busy: {by} [{code}]"),)), code)
 }
 
 /// Exception for a fault in the program itself.
 pub(crate) fn internal(py: Python<'_>, panic: &(dyn std::any::Any + Send)) -> PyErr {
     let text = panic.downcast_ref::<&str>().copied();
     let text = text.or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    let message = format!("internal error, please report it: {}", text.unwrap_or("unknown"));
-    raise!(py, "Error", (message,))
+    let message = text.unwrap_or("unknown").to_owned();
+    failure(py, &RunFailure::Internal { message })
+}
+
+/// An exception of ddem with its code.
+fn coded(py: Python<'_>, error: PyErr, code: ErrorCode) -> PyErr {
+    // Every exception accepts an attribute.
+    let _ = error.value(py).setattr("code", code.name());
+    error
 }
 
 /// Exception for one fault of an argument or a key.
@@ -192,9 +201,7 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
         }
         _ => raise!(py, "Error", (message,)),
     };
-    // Every exception accepts an attribute.
-    let _ = raised.value(py).setattr("code", code.name());
-    raised
+    coded(py, raised, code)
 }
 
 /// Exception for faults of arguments, whose places in a deck begin with `prefix`.
@@ -233,7 +240,7 @@ pub(crate) fn model(py: Python<'_>, error: &ModelError) -> PyErr {
 pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
     match error {
         DeckError::Unreadable { path, source } => {
-            os_error(source, path, &format!("{error}: {source}"))
+            os_error(source, path, &format!("{error}: {source}"), error.code())
         }
         DeckError::Wrong { findings, .. } => {
             let python = |f: &ddem_deck::Finding| {
@@ -241,7 +248,7 @@ pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
                 (place, message, help, code.name())
             };
             let list: Vec<_> = findings.iter().map(python).collect();
-            raise!(py, "ModelError", (error.report(false), list))
+            coded(py, raise!(py, "ModelError", (error.report(false), list)), error.code())
         }
         _ => model_error(py, "", &error.to_string(), None),
     }
@@ -259,6 +266,7 @@ pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
         RunFailure::Output(error) => output(error),
         RunFailure::Recorded { .. } => PyFileExistsError::new_err(message),
         RunFailure::Checkpoint { .. } => PyOSError::new_err(message),
+        RunFailure::Internal { .. } => coded(py, raise!(py, "Error", (message,)), failure.code()),
         _ => PyRuntimeError::new_err(message),
     }
 }
@@ -288,16 +296,16 @@ fn folder(error: &FolderError) -> PyErr {
 pub(crate) fn output(error: &OutputError) -> PyErr {
     let full = matches!(error, OutputError::DiskFull { .. });
     let advice = if full { ": free some space or give another folder" } else { "" };
-    let message = format!("{error}{advice} [{}]", error.code());
+    let (message, code) = (format!("{error}{advice}"), error.code());
     match error {
-        OutputError::Io { path, error, .. } => os_error(error, path, &message),
-        _ => PyOSError::new_err(message),
+        OutputError::Io { path, error, .. } => os_error(error, path, &message, code),
+        _ => PyOSError::new_err(format!("{message} [{code}]")),
     }
 }
 
 /// Exception of Python for an error of the system: with the system's error number if there is one,
 /// otherwise with `message` and the class of the error's kind.
-pub(crate) fn os_error(source: &io::Error, path: &std::path::Path, message: &str) -> PyErr {
+pub(crate) fn os_error(source: &io::Error, path: &Path, message: &str, code: ErrorCode) -> PyErr {
     match source.raw_os_error() {
         Some(number) => {
             let text = source.to_string();
@@ -306,8 +314,8 @@ pub(crate) fn os_error(source: &io::Error, path: &std::path::Path, message: &str
             if let Some(near) = ddem_deck::near(path, |_| true).filter(|_| missing) {
                 text += &format!("; did you mean '{}'?", near.display());
             }
-            PyOSError::new_err((number, text, path.display().to_string()))
+            PyOSError::new_err((number, format!("{text} [{code}]"), path.display().to_string()))
         }
-        None => io::Error::new(source.kind(), message.to_owned()).into(),
+        None => io::Error::new(source.kind(), format!("{message} [{code}]")).into(),
     }
 }

@@ -1,6 +1,9 @@
 //! Arrays of a simulation.
 
-use ddem_core::{CONTACT_FIELDS, Contact, FORCE, Field, FieldKind, FieldLocation, Fragment, Model};
+use ddem_core::{
+    CONTACT_FIELDS, Contact, ErrorCode, FORCE, Fault, Field, FieldKind, FieldLocation, Fragment,
+    Model,
+};
 use ddem_deck::names;
 use ddem_io::run::Session;
 use numpy::PyArray1;
@@ -9,7 +12,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::errors::model_error;
+use crate::errors;
 use crate::simulation::Inner;
 
 /// Fields that a simulation has.
@@ -26,7 +29,7 @@ pub(crate) fn field(py: Python<'_>, name: &str, fields: &[&Field]) -> PyResult<F
     let Some(field) = fields.iter().find(|field| field.name == name) else {
         if ["peak_velocity", "peak_tension", "peak_compression"].contains(&name) {
             let help = "`Model(peaks=True)` keeps peaks from the start of the run on";
-            return Err(model_error(py, "name", &format!("there is no `{name}`"), Some(help)));
+            return Err(no_name(py, "name", name, help));
         }
         let mut known: Vec<&str> = fields.iter().map(|field| field.name).collect();
         known.push(FORCE.name);
@@ -55,7 +58,13 @@ pub(crate) fn unknown(py: Python<'_>, argument: &str, name: &str, known: &[&str]
         [] => "there is none".to_owned(),
         known => format!("{near}there are {}", names::list(known.iter().copied())),
     };
-    model_error(py, argument, &format!("there is no `{name}`"), Some(&help))
+    no_name(py, argument, name, &help)
+}
+
+fn no_name(py: Python<'_>, argument: &str, name: &str, help: &str) -> PyErr {
+    let message = format!("there is no `{name}`");
+    let fault = Fault::new(ErrorCode::UnknownName, argument, message).help(help);
+    errors::faults(py, &[fault], &|_| None)
 }
 
 /// Exception for an attribute that an object does not have, with the nearest name.

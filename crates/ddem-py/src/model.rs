@@ -153,7 +153,8 @@ impl PyModel {
         let (text, _) = self.text(py)?;
         if let Some(path) = path {
             std::fs::write(&path, &text).map_err(|error| {
-                errors::os_error(&error, &path, &format!("writing {}: {error}", path.display()))
+                let message = format!("writing {}: {error}", path.display());
+                errors::os_error(&error, &path, &message, ddem_core::ErrorCode::FileAccess)
             })?;
         }
         Ok(text)

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::{MutexGuard, TryLockError};
 use std::time::Duration;
 
+use ddem_core::{ErrorCode, Fault};
 use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Stage, names};
 use ddem_io::run::{OpenStage, RunFailure, Session, StageStatus};
@@ -13,7 +14,7 @@ use pyo3::types::PyDict;
 
 use crate::callbacks::Callbacks;
 use crate::drive::{PyObserver, progress_bar, read_stage};
-use crate::errors::{self, model_error};
+use crate::errors;
 use crate::simulation::{Inner, PySimulation};
 use crate::worker::{outcome, part_on_worker_thread, warn};
 
@@ -45,18 +46,7 @@ const OTHERS: [&str; 6] = ["kind", "bracket", "resolution", "joints", "limit", "
 impl PySimulation {
     /// Relaxes to static equilibrium, under the supports and loads in force. Time stands still.
     ///
-    /// Parameters
-    /// ----------
-    /// tolerance : float, optional
-    ///     Unbalanced force ratio at which the stage ends; default 1e-5.
-    /// max_steps : int, optional
-    ///     Number of steps after which the stage fails; default 200 000.
-    /// increments : int, optional
-    ///     Number of equal parts in which loads reach their value; default 1, or 10 if supports are
-    ///     driven by a `displacement`.
-    /// on_failure : {"stop", "continue"}, optional
-    ///     "stop" raises an exception if the stage fails or stays undecided; "continue" ends it
-    ///     like any other. Default "stop".
+    #[doc = include_str!("keys/Relax.txt")]
     /// record : path, optional
     ///     Folder of the results, with the files that a deck gives. All that one simulation writes
     ///     to one folder is one run; earlier results are moved to ``NAME.1``, ``NAME.2``, ...
@@ -74,8 +64,8 @@ impl PySimulation {
     /// Raises
     /// ------
     /// NotConverged
-    ///     No equilibrium was reached; `ratio` is the last ratio. :class:`Collapsed` if blocks move
-    ///     apart without end.
+    ///     No equilibrium was reached, unless `on_failure` is "continue"; `ratio` is the last
+    ///     ratio. :class:`Collapsed` if blocks move apart without end.
     /// Diverged
     ///     Forces are no longer finite.
     /// ModelError
@@ -101,30 +91,14 @@ impl PySimulation {
 
     /// Moves in time, under the supports and loads in force.
     ///
-    /// Parameters
-    /// ----------
-    /// duration : float
-    ///     Simulated time [s]; with `until_rest` the longest.
-    /// until_rest : bool, optional
-    ///     If true, the run ends as soon as blocks are at rest or fail: they fail if they keep
-    ///     moving against each other without slowing down. Blocks that slide to rest do not fail.
-    /// on_failure : {"stop", "continue"}, optional
-    ///     "stop" raises an exception if a run with `until_rest` ends because blocks fail;
-    ///     "continue" ends it like any other. Default "stop". A run that lasts for its `duration`
-    ///     never raises an exception because of its blocks: `summary["stages"][-1]["verdict"]` has
-    ///     the verdict.
-    /// damping : float, dict or "none", optional
-    ///     The damping ratio ζ (0.05 is 5 % of critical damping), or as in a deck ``{"mass":
-    ///     alpha}``, ``{"stiffness": beta}``, ``{"local": 0.8}``; default none.
-    /// time_step : float, optional
-    ///     Time step [s]; default a part of the critical one that fills the duration.
+    /// Blocks that slide to rest do not fail. A run without `until_rest` lasts for its `duration` and
+    /// never raises an exception because of its blocks: `summary["stages"][-1]["verdict"]` has the
+    /// verdict.
+    ///
+    #[doc = include_str!("keys/Run.txt")]
     /// record : path, optional
     ///     Folder of the results, with the files that a deck gives. All that one simulation writes
     ///     to one folder is one run; earlier results are moved to ``NAME.1``, ``NAME.2``, ...
-    /// fields_every : float, optional
-    ///     Time between frames [s], instead of `frames`.
-    /// frames : int, optional
-    ///     Number of frames; default 20.
     /// name : str, optional
     ///     Name of the stage. The name of a stage of the model brings its supports and loads into
     ///     force, unless they are in force.
@@ -200,17 +174,11 @@ impl PySimulation {
         let waiting = waiting(session);
         let waiting: Vec<String> =
             waiting.into_iter().filter(|name| awaited.insert(name.clone())).collect();
-        let reported = !session.site().deck().lint.allow.contains(&Code::WaitingStages);
-        drop(inner);
         let Some(first) = waiting.first() else { return Ok(()) };
-        let names: Vec<String> = waiting.iter().map(|name| format!("`{name}`")).collect();
-        let stages = if names.len() == 1 { "stage" } else { "stages" };
-        let message = format!(
-            "supports or loads wait for the {stages} {} and do not act in this run",
-            names.join(", ")
-        );
-        let help = format!("run(..., name=\"{first}\") or enter(\"{first}\") begins it");
-        let warning = Diagnostic::warning(Code::WaitingStages, "stage", message).help(help);
+        let warning = wait_for("supports or loads", &waiting, "do not act in this run")
+            .help(format!("run(..., name=\"{first}\") or enter(\"{first}\") begins it"));
+        let reported = session.site().deck().reports(&warning);
+        drop(inner);
         if reported { warn(py, &warning.to_string()) } else { Ok(()) }
     }
 
@@ -224,6 +192,14 @@ impl PySimulation {
             }
         }
     }
+}
+
+/// Warning about parts of a model that wait for stages, and about the effect of that.
+pub(crate) fn wait_for(what: &str, stages: &[String], effect: &str) -> Diagnostic {
+    let names: Vec<String> = stages.iter().map(|name| format!("`{name}`")).collect();
+    let word = if names.len() == 1 { "stage" } else { "stages" };
+    let message = format!("{what} wait for the {word} {} and {effect}", names.join(", "));
+    Diagnostic::warning(Code::WaitingStages, "stage", message)
 }
 
 /// Names of later stages for which supports, loads, charges or boundaries wait.
@@ -245,7 +221,7 @@ pub(crate) fn later(session: &Session, names: &[&String]) -> Vec<String> {
 
 /// Refuses the first keyword that is neither an argument of the method nor one that `other` stages
 /// have. Keywords of other stages get a message of their own.
-fn known(
+pub(crate) fn known(
     py: Python<'_>,
     keys: Option<&Bound<'_, PyDict>>,
     own: &[&str],
@@ -258,7 +234,8 @@ fn known(
             let near = near.map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
             let help = format!("{near}arguments here: {}", names::list(own.iter().copied()));
             let message = format!("unknown key `{key}`");
-            return Err(model_error(py, &key, &message, Some(&help)));
+            let fault = Fault::new(ErrorCode::UnknownKey, &key, message).help(help);
+            return Err(errors::faults(py, &[fault], &|_| None));
         }
     }
     Ok(())

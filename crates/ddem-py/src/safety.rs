@@ -1,21 +1,31 @@
 //! Factors of safety.
 
-use ddem_core::{ModelError, Safety, SafetyTrial};
+use ddem_core::{ModelError, RunError, Safety, SafetyTrial};
+use ddem_deck::lint::{Code, Diagnostic};
+use ddem_io::run::Session;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::drive::read_stage;
 use crate::errors;
-use crate::run::{later, waiting};
+use crate::run::{later, wait_for, waiting};
 use crate::simulation::PySimulation;
 use crate::worker::{on_worker_thread, outcome};
 
-/// Factor, bracket, trials, and set and number of the moving blocks in the failing trial.
-type Found = (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(String, usize)>);
+/// Factor, bracket, trials, set and number of the moving blocks in the failing trial, and warnings.
+type Found =
+    (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(String, usize)>, Vec<String>);
+
+/// Texts of the diagnostics that the deck does not allow.
+fn reported(session: &Session, diagnostics: impl IntoIterator<Item = Diagnostic>) -> Vec<String> {
+    let deck = session.site().deck();
+    let reported = diagnostics.into_iter().filter(|diagnostic| deck.reports(diagnostic));
+    reported.map(|diagnostic| diagnostic.to_string()).collect()
+}
 
 #[pymethods]
 impl PySimulation {
-    /// Names of later stages at which the model changes.
+    /// Warnings about later stages at which the model changes.
     fn _waiting(&self, py: Python<'_>) -> PyResult<Vec<String>> {
         let inner = self.lock_to_move(py)?;
         let session = &inner.session;
@@ -28,7 +38,22 @@ impl PySimulation {
         names.extend(later(session, &others.flatten().collect::<Vec<_>>()));
         names.sort();
         names.dedup();
-        Ok(names)
+        let Some(first) = names.first() else { return Ok(Vec::new()) };
+        let what = "supports, loads, excavations or joints";
+        let warning = wait_for(what, &names, "are not included in this factor").help(format!(
+            "enter(\"{first}\") of a simulation begins it, or add a stage of kind \"safety\" and use run_deck"
+        ));
+        Ok(reported(session, [warning]))
+    }
+
+    /// Warnings about a first relaxation that was undecided after `steps`.
+    fn _undecided(&self, py: Python<'_>, steps: u64) -> PyResult<Vec<String>> {
+        let message = format!(
+            "the model is not in equilibrium after {steps} steps: trials start from the model as built"
+        );
+        let warning = Diagnostic::warning(Code::NotInEquilibrium, "model", message)
+            .help("give a simulation in equilibrium");
+        Ok(reported(&self.idle(py)?.session, [warning]))
     }
 
     /// Result of :func:`ddem.factor_of_safety`.
@@ -48,19 +73,24 @@ impl PySimulation {
         if !faults.is_empty() {
             return Err(errors::arguments(py, ModelError { faults }, "stage[0]."));
         }
-        let simulation = inner.session.simulation_mut();
+        let session = &mut inner.session;
         let (found, stopped) = on_worker_thread(py, self.pool(), None, |worker| {
+            let search = stage.search();
+            let simulation = session.simulation_mut();
             simulation.stop_when(worker.stop_flag());
-            simulation.factor_of_safety(&stage.search(), &|_| {})
+            let found = simulation.factor_of_safety(&search, &|_| {})?;
+            let warnings = session.search_warnings(&search, &found);
+            Ok((found, warnings))
         })?;
-        let Safety { factor, bracket, trials, failing } =
-            outcome(found, stopped, |error| errors::run_error(py, &error, ""))?;
+        let (Safety { factor, bracket, trials, failing }, warnings) =
+            outcome(found, stopped, |error: RunError| errors::run_error(py, &error, ""))?;
         let trials = trials.into_iter().map(|trial| {
             let SafetyTrial { factor, verdict, steps } = trial;
             (factor, verdict.to_string(), steps)
         });
         let moving = failing.map(|failing| failing.moving_blocks()).unwrap_or_default();
         let moving = moving.into_iter().map(|moving| (moving.set, moving.block));
-        Ok((factor, bracket, trials.collect(), moving.collect()))
+        let warnings = warnings.iter().map(ToString::to_string);
+        Ok((factor, bracket, trials.collect(), moving.collect(), warnings.collect()))
     }
 }

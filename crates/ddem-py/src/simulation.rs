@@ -15,6 +15,7 @@ use crate::drive::{progress_bar, read_stage, steps};
 use crate::errors;
 use crate::fields;
 use crate::functions::Called;
+use crate::run::known;
 use crate::samples::Samples;
 use crate::worker::{Pool, on_worker_thread, outcome};
 
@@ -49,7 +50,7 @@ impl PySimulation {
     /// Takes plain time steps, for coupling and control loops. Probes record nothing.
     ///
     /// The damping and length of the steps are those of :meth:`start`, or of the last :meth:`run`.
-    /// Without either they are undamped, with 0.9 of the critical step. After :meth:`relax` their
+    /// Without either they are undamped, with the time step "auto". After :meth:`relax` their
     /// length is chosen again.
     ///
     /// Parameters
@@ -82,13 +83,7 @@ impl PySimulation {
 
     /// Sets the damping and the length of the steps that follow.
     ///
-    /// Parameters
-    /// ----------
-    /// damping : float, dict or "none", optional
-    ///     As in :meth:`run`; default none.
-    /// time_step : float, optional
-    ///     Time step [s]; default 0.9 of the critical one. Once joints have failed, or from the
-    ///     start if blocks already move, it is 0.8 of the critical one with failed joints.
+    #[doc = include_str!("keys/Start.txt")]
     ///
     /// Raises
     /// ------
@@ -96,12 +91,7 @@ impl PySimulation {
     ///     An argument is wrong, or the time step exceeds the critical one.
     #[pyo3(signature = (**keys))]
     fn start(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-        for key in keys.into_iter().flat_map(|keys| keys.keys()) {
-            let key: String = key.extract()?;
-            if !["damping", "time_step"].contains(&key.as_str()) {
-                return Err(fields::unknown(py, &key, &key, &["damping", "time_step"]));
-            }
-        }
+        known(py, keys, &["damping", "time_step"], &[])?;
         drop(self.lock_to_move(py)?);
         let mut stage = read_stage(py, "dynamic", None, keys)?;
         // Only the check needs a duration; there is none.

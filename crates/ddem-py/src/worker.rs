@@ -10,6 +10,7 @@ use std::sync::mpsc::{RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
+use ddem_core::ErrorCode;
 use ddem_io::run::Progress;
 use pyo3::exceptions::{PyRuntimeError, PyUserWarning};
 use pyo3::prelude::*;
@@ -112,7 +113,10 @@ impl Pool {
             return Ok(pool.clone());
         }
         let pool = ThreadPoolBuilder::new().num_threads(self.threads).build();
-        let pool = Arc::new(pool.map_err(|error| PyRuntimeError::new_err(error.to_string()))?);
+        let pool = Arc::new(pool.map_err(|error| {
+            let code = ErrorCode::Threads;
+            PyRuntimeError::new_err(format!("cannot start the threads: {error} [{code}]"))
+        })?);
         forget(made.replace((process, pool.clone())));
         Ok(pool)
     }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import doctest
 import inspect
 import re
@@ -126,6 +127,69 @@ def test_public_names_belong_to_module_ddem() -> None:
     for name in ("Material", "Joint", "Model", "Simulation"):
         assert getattr(ddem, name).__module__ == "ddem"
         assert getattr(ddem, name).__qualname__ == name
+
+
+def arguments(function: ast.FunctionDef) -> dict[str, ast.expr | None]:
+    """Arguments of a function, with their defaults."""
+    given = function.args
+    plain = [*given.posonlyargs, *given.args]
+    none = [None] * (len(plain) - len(given.defaults))
+    pairs = [*zip(plain, [*none, *given.defaults]), *zip(given.kwonlyargs, given.kw_defaults)]
+    return {name.arg: default for name, default in pairs if name.arg not in ("self", "cls")}
+
+
+def signatures() -> dict[str, dict[str, ast.expr | None]]:
+    """Arguments of the compiled functions, from the stub, and of the others, from their source."""
+    found = {}
+    for node in ast.parse((FOLDER / "_ddem.pyi").read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.FunctionDef):
+            found[f"ddem.{node.name}"] = arguments(node)
+        if isinstance(node, ast.ClassDef) and node.name in ("Model", "Simulation"):
+            for method in node.body:
+                if isinstance(method, ast.FunctionDef) and "property" not in map(
+                    ast.unparse, method.decorator_list
+                ):
+                    made = method.name == "__new__"
+                    found[node.name if made else method.name] = arguments(method)
+    for name in ddem.__all__:
+        if inspect.isfunction(getattr(ddem, name)):
+            node = ast.parse(inspect.getsource(getattr(ddem, name))).body[0]
+            assert isinstance(node, ast.FunctionDef)
+            found[f"ddem.{name}"] = arguments(node)
+    return found
+
+
+def calls() -> list[tuple[str, str]]:
+    """Functions in the tables of the page, with their arguments."""
+    page = (REPOSITORY / "docs" / "python.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| `([\w.]+)\((.*)\)` \|", page, flags=re.MULTILINE)
+    rows = [(name.removeprefix("Model."), arguments) for name, arguments in rows]
+    return [(name, arguments) for name, arguments in rows if name in signatures()]
+
+
+@pytest.mark.parametrize(("name", "written"), calls())
+def test_the_page_has_the_arguments_of_functions(name: str, written: str) -> None:
+    known = signatures()[name]
+    words = [word for word in written.split(", ") if word not in ("", "*")]
+    others = {"...", "where...", "from_", "until"} - set(known)
+    named = [word for word in words if word not in others]
+    for argument, equal, default in (word.partition("=") for word in named):
+        assert argument in known, argument
+        if equal:
+            value = known[argument]
+            assert value is not None, argument
+            assert ast.literal_eval(value) == ast.literal_eval(default), argument
+    if "..." not in words:
+        assert {word.partition("=")[0] for word in named} == set(known)
+
+
+def test_the_page_has_functions_with_keys_of_stages() -> None:
+    names = [name for name, _ in calls()]
+    assert {"relax", "run", "start", "stage", "ddem.factor_of_safety"} <= set(names)
+    assert len(names) > 30
+
+
+def test_the_page_has_every_name() -> None:
 
 
 def test_python_page_lists_every_name() -> None:

@@ -105,3 +105,35 @@ def test_divergence_raises_diverged(how: str, tmp_path: Path) -> None:
     simulation.velocity = np.zeros((54, 3))
     simulation.step(3)
     assert np.isfinite(simulation.displacement).all()
+
+
+def test_exceptions_have_the_code_of_their_message(tmp_path: Path) -> None:
+    simulation = column().build()
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text("title = ")
+
+    def use(seen: ddem.Simulation) -> None:
+        seen.step()
+
+    calls: dict[str, Callable[[], Any]] = {
+        "busy": lambda: simulation.run(1e-4, callback=use, quiet=True),
+        "unknown-key": lambda: simulation.run(1e-4, every_step=3),  # type: ignore[call-arg]
+        "syntax": lambda: ddem.Model.from_deck(wrong),
+        "not-converged": lambda: simulation.relax(max_steps=2, quiet=True),
+        "unstable-time-step": lambda: simulation.start(time_step=1.0),
+    }
+    for code, call in calls.items():
+        with pytest.raises(ddem.Error) as caught:
+            call()
+        assert caught.value.code == code and f"[{code}]" in str(caught.value)
+    with pytest.raises(ddem.Busy, match=r"^the simulation is busy: another thread is using it.*\[busy\]$"):
+        calls["busy"]()
+
+
+def test_errors_of_the_system_have_codes(tmp_path: Path) -> None:
+    nothing = tmp_path / "nothing" / "deck.toml"
+    with pytest.raises(FileNotFoundError, match=r"\[file-access\]: '.*nothing"):
+        column().to_deck(nothing)
+    (tmp_path / "deck.toml").write_text("")
+    with pytest.raises(FileNotFoundError, match=r"did you mean '.*deck.toml'\? \[invalid-file\]"):
+        ddem.run_deck(tmp_path / "dek.toml")

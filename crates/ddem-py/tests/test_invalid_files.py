@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import re
 from pathlib import Path
 
 import ddem
@@ -23,6 +24,7 @@ def test_missing_files_are_refused(tmp_path: Path) -> None:
             call()
         assert caught.value.errno == errno.ENOENT
         assert str(nothing) in str(caught.value)
+        assert re.search(r"\[(file-access|invalid-file)\]", str(caught.value))
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,6 +1,10 @@
 """Factors of safety."""
 
 import math
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -34,7 +38,63 @@ def test_block_on_plane_has_exact_factor() -> None:
     before = simulation.displacement.copy()
     assert ddem.factor_of_safety(simulation, bracket=(1.0, 2.0)).factor == pytest.approx(exact, rel=5e-3)
     assert (simulation.displacement == before).all()
-    assert ddem.factor_of_safety(simulation, bracket=(2.0, 3.0)).factor is None
+
+
+@pytest.mark.parametrize(
+    ("bracket", "code", "finding"),
+    [
+        ((2.0, 3.0), "factor-below-bracket", "the blocks fail with the smallest factor, 2"),
+        ((0.5, 1.0), "factor-above-bracket", "the blocks hold with the largest factor, 1"),
+    ],
+)
+def test_a_factor_outside_the_bracket_warns_as_in_a_deck(
+    bracket: tuple[float, float], code: str, finding: str, tmp_path: Path
+) -> None:
+    def said(call: Callable[[], object]) -> str:
+        with pytest.warns(UserWarning) as caught:
+            call()
+        (warning,) = caught
+        assert warning.filename == __file__ or call is deck
+        return str(warning.message)
+
+    model = slope(38.0)
+    model.stage("weight", kind="relax")
+    model.stage("factor", kind="safety", bracket=bracket)
+
+    def deck() -> None:
+        ddem.run_deck(model, out=tmp_path / "out", quiet=True)
+
+    message = said(lambda: ddem.factor_of_safety(slope(38.0), bracket=bracket))
+    assert message.startswith(f"bracket: {finding}") and message.endswith(f"[{code}]")
+    assert said(deck) == f"stage[1].{message}"
+
+
+@pytest.mark.parametrize(
+    ("code", "keys"),
+    [
+        ("undecided-trial", {"max_steps": 2}),
+        ("not-in-equilibrium", {"max_steps": 2}),
+        ("waiting-stages", {}),
+        ("factor-below-bracket", {"bracket": (2.0, 3.0)}),
+        ("factor-above-bracket", {"bracket": (0.5, 1.0)}),
+        ("loose-tolerance", {"tolerance": 1e-3}),
+    ],
+)
+def test_a_model_silences_warnings(code: str, keys: dict[str, Any]) -> None:
+    def codes(allow: list[str]) -> set[str]:
+        model = slope(38.0)
+        model.lint(allow=allow)
+        if code == "waiting-stages":
+            model.load(force=(2e3, 0, 0), z=2.0, from_="push")
+            model.stage("weight", kind="relax")
+            model.stage("push", kind="relax")
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            ddem.factor_of_safety(model, **keys)
+        return {str(warning.message).rsplit("[")[-1].rstrip("]") for warning in caught}
+
+    assert code in codes([])
+    assert codes([code]) == codes([]) - {code}
 
 
 @pytest.mark.parametrize("friction", [25.0, 30.0])
@@ -56,10 +116,10 @@ def test_search_at_the_limit_ends() -> None:
 def test_undecided_trials_warn() -> None:
     simulation = slope(38.0).build()
     simulation.relax(quiet=True)
-    with pytest.warns(UserWarning, match=r"undecided after 2 steps, and no factor.*\[undecided-trial\]"):
+    with pytest.warns(UserWarning, match=r"no factor of safety.*undecided after 2 steps.*\[undecided-trial\]"):
         found = ddem.factor_of_safety(simulation, max_steps=2)
     assert (found.factor, found.bracket) == (None, (None, None))
-    with pytest.warns(UserWarning, match="undecided after 200 steps, and it counts as unstable"):
+    with pytest.warns(UserWarning, match="undecided after 200 steps and counts as unstable"):
         ddem.factor_of_safety(simulation, bracket=(0.9, 4.0), max_steps=200)
 
 
@@ -73,7 +133,7 @@ def test_later_stages_are_excluded_from_search() -> None:
     model.load(force=(2e3, 0, 0), z=2.0, from_="push")
     model.stage("weight", kind="relax")
     model.stage("push", kind="relax")
-    with pytest.warns(UserWarning, match=r"wait for the stages `push`.*\[waiting-stages\]"):
+    with pytest.warns(UserWarning, match=r"wait for the stage `push` and.*\[waiting-stages\]"):
         ddem.factor_of_safety(model)
 
 

@@ -42,6 +42,7 @@ codes! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
     ErrorCode:
     BlockTooFast "block-too-fast" "A block moves so far in one step that contacts could be missed."
+    Busy "busy" "Another thread, or a call that runs a function of the program, uses the simulation or model."
     CheckpointMismatch "checkpoint-mismatch" "A checkpoint cannot be resumed with this deck."
     ConflictingKeys "conflicting-keys" "Keys exclude or contradict each other."
     DeepPenetration "deep-penetration" "Blocks penetrate each other by more than a quarter of their shortest edge."
@@ -52,6 +53,7 @@ codes! {
     FileAccess "file-access" "A file of results cannot be read or written."
     HistoryFailed "history-failed" "A history that a program computes has no value."
     IneffectiveKey "ineffective-key" "A key has no effect on its entry."
+    InternalError "internal-error" "The program itself has a fault."
     InvalidArgument "invalid-argument" "An argument that a program gives is wrong."
     InvalidBoundary "invalid-boundary" "The dashpots of a boundary could not act on its faces."
     InvalidFile "invalid-file" "A file has another format or content than expected, or a file of the deck cannot be read."

@@ -1,6 +1,6 @@
 //! Stages: kinds, damping, time step, and ranges of stages.
 
-use serde::{Deserialize, Serialize, Serializer};
+use serde::{Deserialize, Serialize};
 
 use crate::error::{ErrorCode, Fault, RunError};
 use crate::model::rules::{Faults, Rule};
@@ -77,7 +77,9 @@ impl Damping {
 }
 
 /// Time step of a dynamic stage.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
+#[serde(rename_all = "lowercase")]
 pub enum TimeStep {
     /// 0.9 of the critical step, or a quarter of that if rigid blocks may meet, shrunk so that the
     /// stage ends on time. From the first failure on it is 0.8 of the critical step with failed
@@ -85,6 +87,7 @@ pub enum TimeStep {
     #[default]
     Auto,
     /// Taken as given `[s]`.
+    #[serde(untagged)]
     Seconds(f64),
 }
 
@@ -105,41 +108,6 @@ pub struct SafetySearch {
     pub tolerance: f64,
     /// Steps after which a trial is undecided.
     pub max_steps: u64,
-}
-
-impl Serialize for TimeStep {
-    /// `"auto"`, or a number of seconds.
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match *self {
-            Self::Auto => serializer.serialize_str("auto"),
-            Self::Seconds(seconds) => serializer.serialize_f64(seconds),
-        }
-    }
-}
-
-#[cfg(feature = "schema")]
-impl schemars::JsonSchema for TimeStep {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "TimeStep".into()
-    }
-
-    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        schemars::json_schema!({
-            "description": "Time step of a dynamic stage.",
-            "oneOf": [
-                {
-                    "description": "0.9 of the critical step, shrunk so that the stage ends on time; less once joints fail, and from the start where blocks move then and joints can fail.",
-                    "type": "string",
-                    "const": "auto"
-                },
-                {
-                    "description": "Taken as given `[s]`.",
-                    "type": "number",
-                    "format": "double"
-                }
-            ]
-        })
-    }
 }
 
 impl Default for SafetySearch {

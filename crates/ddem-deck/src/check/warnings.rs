@@ -4,12 +4,9 @@ use std::collections::BTreeSet;
 
 use super::shown;
 use super::units::units;
-use crate::lint::{Code, Diagnostic};
+use crate::lint::{Code, Diagnostic, loose_tolerance};
 use crate::schema::names::segment;
 use crate::schema::{ContactTable, Deck, Joint, Stage, StageKind};
-
-/// Largest ratio of the tolerance to the resolution of a factor of safety.
-const FINER: f64 = 0.02;
 
 /// Warnings about contacts, rigid blocks and the used joints; `used` are their numbers in sorted
 /// order of the names.
@@ -86,19 +83,7 @@ fn loose_tolerances(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
     let searches = deck.stage.iter().enumerate();
     let searches = searches.filter(|(_, stage)| stage.kind == StageKind::Safety);
     searches.filter_map(|(index, stage)| {
-        let search = stage.search();
-        let most = FINER * search.resolution;
-        (search.tolerance > most * (1.0 + 1e-9)).then(|| {
-            let message = format!(
-                "with a `tolerance` of {:e} trials that do not hold count as at rest",
-                search.tolerance
-            );
-            let at = format!("stage[{index}].tolerance");
-            Diagnostic::warning(Code::LooseTolerance, at, message).help(format!(
-                "at most {most:e} for a `resolution` of {}",
-                shown(search.resolution)
-            ))
-        })
+        Some(loose_tolerance(&stage.search())?.below(&format!("stage[{index}]")))
     })
 }
 

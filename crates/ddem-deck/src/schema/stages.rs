@@ -53,7 +53,7 @@ pub struct Stage {
     /// `{ ratio = 0.05 }`; default `"none"`.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "forms::damping")]
     pub damping: Option<Damping>,
-    /// dynamic: `"auto"`, or a number `[s]`; default `"auto"`.
+    /// dynamic: `"auto"`, a part of the critical step, or a number `[s]`; default `"auto"`.
     #[serde(
         default,
         skip_serializing_if = "Option::is_none",

@@ -128,7 +128,7 @@ fn run_error_messages() {
 #[test]
 fn run_failure_messages() {
     let folder = || "out".into();
-    let failures: [RunFailure; 14] = [
+    let failures: [RunFailure; 15] = [
         DeckError::Unwritable { message: "a whole number of 2^63".to_owned() }.into(),
         FolderError::OtherDeck {
             folder: folder(),
@@ -153,6 +153,7 @@ fn run_failure_messages() {
         }
         .into(),
         RunFailure::Checkpoint { path: folder(), message: "another model".to_owned() },
+        RunFailure::Internal { message: "index out of bounds".to_owned() },
     ];
     let line = |failure: &RunFailure| match failure {
         RunFailure::Deck(error) => error.to_string(),

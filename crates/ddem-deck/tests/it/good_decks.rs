@@ -152,7 +152,7 @@ fn schema_lists_every_form() {
     let properties = schema["properties"].as_object().unwrap();
     assert_eq!(properties.len(), 17);
     assert_eq!(schema["additionalProperties"], false);
-    let forms = &schema["$defs"]["TimeStep"]["oneOf"];
+    let forms = &schema["$defs"]["TimeStep"]["anyOf"];
     assert_eq!(forms[0]["const"], "auto");
     assert_eq!(forms[1]["type"], "number");
     assert_eq!(schema["$defs"]["Extent"]["anyOf"].as_array().unwrap().len(), 2);

@@ -39,6 +39,26 @@ impl Key {
         Self { name, meaning, unit, default, schema: schema.clone(), optional }
     }
 
+    /// The key in a stage of one kind, without the kinds that have it. `None` if that kind does
+    /// not have it.
+    fn of_kind(self, kind: &str) -> Option<Self> {
+        let (kinds, meaning) = self.meaning.split_once(": ")?;
+        if !kinds.split(", ").any(|own| own == kind) {
+            return None;
+        }
+        let needed = self.default == format!("– in {kind} stages");
+        let ends = if kind == "safety" { "a trial" } else { "the stage" };
+        let meaning = meaning.replace("the stage, or a trial,", ends);
+        let mut letters = meaning.chars();
+        let first = letters.next()?.to_uppercase();
+        Some(Self {
+            meaning: first.chain(letters).collect(),
+            default: if needed { "–".to_owned() } else { self.default },
+            optional: self.optional && !needed,
+            ..self
+        })
+    }
+
     /// Row of a table in the documentation.
     fn row(&self, prefix: &str) -> String {
         let Self { name, meaning, unit, default, .. } = self;
@@ -224,10 +244,20 @@ fn keys(table: &str) -> Vec<Key> {
         .collect()
 }
 
+/// Keys of a table, or of one kind of stage, as in `Stage relax`.
+fn keys_of(words: &str) -> Vec<Key> {
+    let Some((table, kind)) = words.split_once(' ') else { return keys(words) };
+    let mut own: Vec<Key> = keys(table).into_iter().filter_map(|key| key.of_kind(kind)).collect();
+    // Arguments that are needed come first.
+    own.sort_by_key(|key| key.optional);
+    own
+}
+
 /// Text about a deck in Python notation.
 fn in_python(text: &str) -> String {
     let mut out = text.replace("`true`", "True").replace("`false`", "False");
     out = out
+        .replace("`\"none\"`, or one of", "`\"none\"`, a damping ratio, or one of")
         .replace("`[[charge]]`", "charge")
         .replace("`[[remove]]`", "remove")
         .replace("`from`", "`from_`");
@@ -305,24 +335,57 @@ fn deck_page_tables_match_schema() {
     expect(path, &between(&page, ("<!-- keys:", "<!-- end -->"), &table));
 }
 
-#[test]
-fn python_stubs_match_schema() {
-    let path = "crates/ddem-py/python/ddem/_ddem.pyi";
-    let stub = std::fs::read_to_string(root().join(path)).unwrap();
-    let arguments = |words: &str, indent: &str| {
-        let (table, but) = words.split_once(" but ").unwrap_or((words, ""));
-        let own = |key: &&Key| {
-            key.name != but && !["where", "from", "until"].contains(&key.name.as_str())
-        };
-        let line = |key: &Key| format!("{indent}{}\n", key.argument());
-        keys(table).iter().filter(own).map(line).collect()
+/// Arguments of a stub with the keys of a table: `Fix but axes`, `Stage dynamic only damping
+/// time_step`.
+fn arguments(words: &str, indent: &str) -> String {
+    let (words, only) = words.split_once(" only ").unwrap_or((words, ""));
+    let (table, but) = words.split_once(" but ").unwrap_or((words, ""));
+    let own = |key: &&Key| {
+        let in_list = |list: &str| list.split(' ').any(|name| name == key.name);
+        let own = !["where", "from", "until"].contains(&key.name.as_str());
+        own && !in_list(but) && (only.is_empty() || in_list(only))
     };
-    expect(path, &between(&stub, ("# keys:", "# end"), &arguments));
+    let line = |key: &Key| format!("{indent}{}\n", key.argument());
+    keys_of(table).iter().filter(own).map(line).collect()
 }
 
-/// Parameters of the methods of a model, which `sections.rs` and `matter.rs` of `ddem-py` include.
+/// Parameters of a docstring.
+fn parameters(keys: &[Key]) -> String {
+    keys.iter().map(Key::parameter).collect::<Vec<_>>().join("\n")
+}
+
+/// Arguments of the compiled part, and arguments and parameters of the search for a factor of
+/// safety.
+#[test]
+fn stubs() {
+    let written = |file: &str| {
+        let path = format!("crates/ddem-py/python/ddem/{file}");
+        let text = std::fs::read_to_string(root().join(&path)).unwrap();
+        (path, between(&text, ("# keys:", "# end"), &arguments))
+    };
+    let (path, stub) = written("_ddem.pyi");
+    expect(&path, &stub);
+    let (path, script) = written("_safety.py");
+    let (before, rest) = script.rsplit_once("    bracket : ").unwrap();
+    let (_, after) = rest.split_once("    threads : ").unwrap();
+    let list = parameters(&keys_of("Stage safety")).replace('\n', "\n    ");
+    let list = list.replace("joints : list of str", "joints : str or list of str");
+    expect(&path, &format!("{before}    {list}\n    threads : {after}"));
+}
+
+/// Parameters of the methods of models and simulations, which sources of `ddem-py` include.
 #[test]
 fn python_docstrings_match_schema() {
+    let file = |name: &str, keys: &[Key], end: &str| {
+        let text = format!("Parameters\n----------\n{}{end}", parameters(keys));
+        expect(&format!("crates/ddem-py/src/keys/{name}.txt"), &text);
+    };
+    // Further parameters follow these lists.
+    file("Relax", &keys_of("Stage relax"), "");
+    file("Run", &keys_of("Stage dynamic"), "");
+    let mut start = keys_of("Stage dynamic");
+    start.retain(|key| ["damping", "time_step"].contains(&key.name.as_str()));
+    file("Start", &start, "\n");
     for table in [
         "ModelTable",
         "Material",
@@ -341,8 +404,6 @@ fn python_docstrings_match_schema() {
         "Stage",
         "Probe",
     ] {
-        let parameters: Vec<String> = keys(table).iter().map(Key::parameter).collect();
-        let text = format!("Parameters\n----------\n{}\n", parameters.join("\n"));
-        expect(&format!("crates/ddem-py/src/keys/{table}.txt"), &text);
+        file(table, &keys(table), "\n");
     }
 }

@@ -78,6 +78,12 @@ pub enum RunFailure {
         /// Description of the fault.
         message: String,
     },
+    /// The program itself has a fault.
+    #[error("internal error, please report it: {message}")]
+    Internal {
+        /// Message of the panic.
+        message: String,
+    },
 }
 
 ddem_core::debug_as_display!(RunFailure);
@@ -102,6 +108,7 @@ impl RunFailure {
             Self::Stopped => ErrorCode::Stopped,
             Self::Output(error) => error.code(),
             Self::Checkpoint { .. } => ErrorCode::CheckpointMismatch,
+            Self::Internal { .. } => ErrorCode::InternalError,
         }
     }
 
@@ -122,7 +129,7 @@ impl RunFailure {
                 error: RunError::UnstableTimeStep { .. } | RunError::TooShort { .. },
                 ..
             } => 2,
-            Self::Stage { .. } | Self::Output(_) => 1,
+            Self::Stage { .. } | Self::Output(_) | Self::Internal { .. } => 1,
         }
     }
 }

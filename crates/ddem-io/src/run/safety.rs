@@ -3,7 +3,7 @@
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use ddem_core::{RunError, Safety, SafetyTrial, Simulation, Verdict, undecided};
+use ddem_core::{RunError, Safety, SafetySearch, SafetyTrial, Simulation, Verdict, undecided};
 use ddem_deck::Stage;
 use ddem_deck::lint::{Code, Diagnostic};
 
@@ -40,8 +40,9 @@ pub(super) fn search(
     }
     let verdict = verdict(cursor.done.last().map(|stage| stage.verdict), &found);
     let deck = site.deck();
-    for warning in warnings(&found, stage, &stage_place(deck, stage), simulation) {
-        cursor.warn(deck, warning, observer);
+    let place = stage_place(deck, stage);
+    for warning in warnings(&found, &stage.search(), simulation) {
+        cursor.warn(deck, warning.below(&place), observer);
     }
     let steps = found.trials.iter().map(|trial| trial.steps).sum();
     let seconds = start.elapsed().as_secs_f64();
@@ -82,18 +83,15 @@ fn verdict(before: Option<Verdict>, found: &Safety) -> Verdict {
     }
 }
 
-/// Warnings about a factor of safety that is uncertain or was not found.
+/// Warnings about a factor of safety that is uncertain or was not found. Their places are the keys
+/// of the search.
 pub(super) fn warnings(
     found: &Safety,
-    stage: &Stage,
-    place: &str,
+    search: &SafetySearch,
     simulation: &mut Simulation,
 ) -> Vec<Diagnostic> {
-    let of = |code: Code, key: &str, message: String| {
-        Diagnostic::warning(code, format!("{place}.{key}"), message)
-    };
     let mut warnings = Vec::new();
-    let [low, high] = stage.search().bracket;
+    let [low, high] = search.bracket;
     match found.bracket {
         [None, None] => {
             let Some(SafetyTrial { factor, steps, .. }) = found.trials.first() else {
@@ -103,18 +101,18 @@ pub(super) fn warnings(
                 "there is no factor of safety: the trial with strengths / {factor:.4} was undecided after {steps} \
                  steps"
             );
-            let warning = of(Code::UndecidedTrial, "max_steps", message);
+            let warning = Diagnostic::warning(Code::UndecidedTrial, "max_steps", message);
             warnings.push(warning.help("raise `max_steps`"));
         }
         [None, Some(_)] => {
             let message = format!("the blocks fail with the smallest factor, {low}");
-            let warning = of(Code::FactorBelowBracket, "bracket", message);
+            let warning = Diagnostic::warning(Code::FactorBelowBracket, "bracket", message);
             warnings.push(warning.help("lower the first number of `bracket`"));
         }
         [Some(_), None] => {
             let why = why_it_holds(simulation);
             let message = format!("the blocks hold with the largest factor, {high}{why}");
-            let warning = of(Code::FactorAboveBracket, "bracket", message);
+            let warning = Diagnostic::warning(Code::FactorAboveBracket, "bracket", message);
             warnings.push(warning.help("raise the second number of `bracket`"));
         }
         _ => {}
@@ -127,7 +125,7 @@ pub(super) fn warnings(
             "the trial with strengths / {unstable:.4} was undecided after {steps} steps and counts as unstable: the \
              factor of safety may be larger"
         );
-        let warning = of(Code::UndecidedTrial, "max_steps", message);
+        let warning = Diagnostic::warning(Code::UndecidedTrial, "max_steps", message);
         warnings.push(warning.help("raise `max_steps`"));
     }
     let rests = |trial: &&SafetyTrial| trial.factor > unstable && trial.verdict == Verdict::AtRest;
@@ -136,7 +134,7 @@ pub(super) fn warnings(
             "strengths / {factor:.4} came to rest, but strengths / {unstable:.4} did not: the factor of safety may \
              be as large as {factor:.4}"
         );
-        let warning = of(Code::NonmonotonicSafety, "bracket", message);
+        let warning = Diagnostic::warning(Code::NonmonotonicSafety, "bracket", message);
         warnings.push(warning.help(format!("search again with a `bracket` above {unstable:.4}")));
     }
     warnings
@@ -147,7 +145,7 @@ fn why_it_holds(simulation: &mut Simulation) -> String {
     let energy = simulation.energy();
     let mut why = String::new();
     if simulation.model().problem().properties.gravity.iter().all(|g| *g == 0.0) {
-        why += "; the deck has no `gravity`";
+        why += "; the model has no `gravity`";
     } else if energy.strain_bodies + energy.strain_joints == 0.0 && simulation.unbalanced() == 0.0 {
         why += "; no joint carries any load: check `gravity` and the supports";
     }

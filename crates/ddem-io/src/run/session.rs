@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use ddem_core::{Fault, ModelError, Simd, Simulation};
-use ddem_deck::lint::Diagnostic;
+use ddem_core::{Fault, ModelError, Safety, SafetySearch, Simd, Simulation};
+use ddem_deck::lint::{Diagnostic, loose_tolerance};
 use ddem_deck::{BuiltDeck, Deck};
 
 use super::RunFailure;
@@ -14,6 +14,7 @@ use super::files::{Position, nudge};
 use super::record::Recorder;
 use super::report::{Built, available_memory, build};
 use super::resume::{self, Cursor};
+use super::safety;
 use super::stage::MovedBy;
 use crate::folder::{self, Earlier, Folder};
 use crate::summary::{
@@ -106,6 +107,16 @@ impl Session {
         let probes = self.moved.recorder.samplers.iter().filter_map(|s| s.warning.clone());
         let probes = probes.filter(|warning| deck.reports(warning));
         self.site().warnings(self.simulation().model()).into_iter().chain(probes).collect()
+    }
+
+    /// Warnings about a search for the factor of safety of the present state, from its result. Their
+    /// places are the keys of the search.
+    pub fn search_warnings(&mut self, search: &SafetySearch, found: &Safety) -> Vec<Diagnostic> {
+        let MovedBy { site, simulation, .. } = &mut self.moved;
+        let before = loose_tolerance(search);
+        let after = safety::warnings(found, search, simulation);
+        let deck = site.deck();
+        before.into_iter().chain(after).filter(|warning| deck.reports(warning)).collect()
     }
 
     /// Names and columns of the probes, in the order of

@@ -1,6 +1,6 @@
 //! Tests of the warnings of a run, from numbers that a run may give.
 
-use ddem_core::{Energy, Safety, SafetyTrial, Verdict};
+use ddem_core::{Energy, Safety, SafetySearch, SafetyTrial, Verdict};
 use ddem_deck::{Deck, Stage, StageKind};
 
 use super::safety::warnings;
@@ -45,11 +45,10 @@ fn energy_loss_warns() {
 #[test]
 fn doubtful_factors_of_safety_warn() {
     let trial = |factor: f64, verdict: Verdict| SafetyTrial { factor, verdict, steps: 40 };
-    let stage = Stage { name: "safety".into(), kind: StageKind::Safety, ..Stage::default() };
     let mut simulation = ddem_core::Simulation::new(deck().build().unwrap());
     let mut messages = |bracket: [Option<f64>; 2], trials: Vec<SafetyTrial>| {
         let found = Safety { factor: None, bracket, trials, failing: None };
-        let warnings = warnings(&found, &stage, "stage[0]", &mut simulation);
+        let warnings = warnings(&found, &SafetySearch::default(), &mut simulation);
         warnings.iter().map(ToString::to_string).collect::<Vec<_>>()
     };
     let (rests, open) = (Verdict::AtRest, Verdict::Undecided);
@@ -59,30 +58,28 @@ fn doubtful_factors_of_safety_warn() {
             vec![trial(1.0, rests), trial(2.0, open), trial(3.0, rests)]
         ),
         [
-            "stage[0].max_steps: the trial with strengths / 2.0000 was undecided after 40 steps and counts as \
+            "max_steps: the trial with strengths / 2.0000 was undecided after 40 steps and counts as \
              unstable: the factor of safety may be larger; raise `max_steps` [undecided-trial]",
-            "stage[0].bracket: strengths / 3.0000 came to rest, but strengths / 2.0000 did not: the factor of \
+            "bracket: strengths / 3.0000 came to rest, but strengths / 2.0000 did not: the factor of \
              safety may be as large as 3.0000; search again with a `bracket` above 2.0000 [nonmonotonic-safety]",
         ]
     );
     assert_eq!(
         messages([None, None], vec![trial(0.5, open)]),
         [
-            "stage[0].max_steps: there is no factor of safety: the trial with strengths / 0.5000 was undecided \
+            "max_steps: there is no factor of safety: the trial with strengths / 0.5000 was undecided \
           after 40 steps; raise `max_steps` [undecided-trial]"
         ]
     );
     assert_eq!(
         messages([None, Some(0.5)], vec![]),
-        [
-            "stage[0].bracket: the blocks fail with the smallest factor, 0.5; lower the first number of \
-          `bracket` [factor-below-bracket]"
-        ]
+        ["bracket: the blocks fail with the smallest factor, 0.5; lower the first number of \
+          `bracket` [factor-below-bracket]"]
     );
     assert_eq!(
         messages([Some(4.0), None], vec![]),
         [
-            "stage[0].bracket: the blocks hold with the largest factor, 4; the deck has no `gravity`; raise the \
+            "bracket: the blocks hold with the largest factor, 4; the model has no `gravity`; raise the \
           second number of `bracket` [factor-above-bracket]"
         ]
     );

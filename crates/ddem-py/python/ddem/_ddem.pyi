@@ -282,10 +282,12 @@ class Simulation:
     def relax(
         self,
         *,
-        tolerance: float = 1e-5,
-        max_steps: int = 200_000,
+        # keys: Stage relax
+        tolerance: float | None = None,
+        max_steps: int | None = None,
         increments: int | None = None,
         on_failure: Literal["stop", "continue"] | None = None,
+        # end
         name: str | None = None,
         record: Path | None = None,
         quiet: bool = False,
@@ -294,20 +296,23 @@ class Simulation:
         self,
         duration: float,
         *,
-        until_rest: bool | None = None,
+        # keys: Stage dynamic but duration
         on_failure: Literal["stop", "continue"] | None = None,
         damping: Damping | None = None,
         time_step: float | Literal["auto"] | None = None,
+        until_rest: bool | None = None,
+        fields_every: float | None = None,
+        frames: int | None = None,
+        # end
         until: Callable[[Simulation], object] | None = None,
         every: float | None = None,
         callback: Callable[[Simulation], object] | None = None,
         name: str | None = None,
         record: Path | None = None,
-        fields_every: float | None = None,
-        frames: int | None = None,
         quiet: bool = False,
     ) -> int: ...
     def _waiting(self) -> list[str]: ...
+    def _undecided(self, steps: int) -> list[str]: ...
     def _factor_of_safety(
         self, **keys: Any
     ) -> tuple[
@@ -315,10 +320,16 @@ class Simulation:
         list[float | None],
         list[tuple[float, str, int]],
         list[tuple[str, int]],
+        list[str],
     ]: ...
     def step(self, n: int = 1, *, quiet: bool = False) -> None: ...
     def start(
-        self, *, damping: Damping | None = None, time_step: float | Literal["auto"] | None = None
+        self,
+        *,
+        # keys: Stage dynamic only damping time_step
+        damping: Damping | None = None,
+        time_step: float | Literal["auto"] | None = None,
+        # end
     ) -> None: ...
     def enter(self, stage: str) -> None: ...
     def apply_force(self, nodes: npt.ArrayLike, force: npt.ArrayLike) -> None: ...

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from ._ddem import Model, Simulation
 from ._errors import Collapsed, NotConverged
+from ._types import Vector
 
 # Most steps of the first relaxation. A stable model needs fewer; a model at its limit finds no equilibrium.
 _FIRST = 20_000
@@ -38,15 +39,19 @@ class Safety:
 def factor_of_safety(
     model: Model | Simulation,
     *,
-    bracket: tuple[float, float] | None = None,
+    # keys: Stage safety but joints
+    bracket: Vector | None = None,
     resolution: float | None = None,
-    joints: str | Sequence[str] | None = None,
     limit: float | None = None,
     tolerance: float | None = None,
     max_steps: int | None = None,
+    # end
+    joints: str | Sequence[str] | None = None,
     threads: int | None = None,
 ) -> Safety:
     """Factor of safety: divisor of the strengths of joints at which blocks begin to move.
+
+    An undecided trial counts as unstable.
 
     Parameters
     ----------
@@ -54,22 +59,20 @@ def factor_of_safety(
         Simulation or model to examine. Every trial starts from the present state of a simulation
         and does not change it. This state should be an equilibrium: otherwise each trial also
         relaxes the unbalanced forces, with strengths that are already reduced. A model is relaxed
-        first. If it finds no equilibrium with its own strengths, trials start from the model as
-        built.
+        first, in at most 20 000 steps. If it finds no equilibrium with its own strengths, trials
+        start from the model as built.
     bracket : (float, float), optional
-        Smallest and largest factor of the search; default (0.5, 4).
+        Smallest and largest factor of the search; default `[0.5, 4.0]`.
     resolution : float, optional
         Width of the final bracket; default 0.005.
-    joints : str or sequence of str, optional
+    joints : str or list of str, optional
         Names of the joints whose strengths are divided; default all, and the friction of contacts.
     limit : float, optional
-        Continuing motion between neighbours that counts as failure, relative to an edge; default
-        0.02.
+        Continuing motion between neighbours that counts as failure, relative to an edge; default 0.02.
     tolerance : float, optional
-        Unbalanced force ratio at which a trial is at rest; default 1e-5.
+        Unbalanced force ratio at which a trial is done, in (0, 1); default 1e-5.
     max_steps : int, optional
-        Number of steps after which a trial is undecided and counts as unstable; default 200 000.
-        The first relaxation of a model takes at most 20 000.
+        Number of steps after which a trial is undecided; default 200 000.
     threads : int, optional
         Number of threads for a model, as in :meth:`Model.build`; a simulation has its own threads.
 
@@ -90,9 +93,10 @@ def factor_of_safety(
     Warns
     -----
     UserWarning
-        If a decisive trial was undecided, if the first relaxation of a model neither reaches
-        equilibrium nor fails, or if supports, loads, excavations or joints of a model wait for a
-        stage and are not part of its factor.
+        If the factor is outside of `bracket` or uncertain, if the first relaxation of a model
+        neither reaches equilibrium nor fails, or if supports, loads, excavations or joints of a
+        model wait for a stage and are not part of its factor. :meth:`Model.lint` silences these
+        warnings.
     """
     if isinstance(model, Model):
         simulation = _settled(model, max_steps, threads)
@@ -111,46 +115,24 @@ def factor_of_safety(
         "max_steps": max_steps,
     }
     given = {key: value for key, value in keys.items() if value is not None}
-    factor, found, trials, moving = simulation._factor_of_safety(**given)
-    _warn_of_undecided(found, trials)
+    factor, found, trials, moving, messages = simulation._factor_of_safety(**given)
+    for message in messages:
+        warnings.warn(message, stacklevel=2)
     return Safety(factor, (found[0], found[1]), trials, moving)
-
-
-def _warn_of_undecided(
-    bracket: Sequence[float | None], trials: Sequence[tuple[float, str, int]]
-) -> None:
-    end = trials[0][0] if bracket[0] is None and bracket[1] is None else bracket[1]
-    for tried, verdict, steps in trials:
-        if tried == end and verdict == "undecided":
-            then = "no factor of safety was found" if bracket[0] is None else "it counts as unstable"
-            warnings.warn(
-                f"the trial with strengths / {tried:.4f} was undecided after {steps} steps, and "
-                f"{then}; raise `max_steps` [undecided-trial]",
-                stacklevel=3,
-            )
 
 
 def _settled(model: Model, max_steps: int | None, threads: int | None) -> Simulation:
     """Simulation of the model in equilibrium, or as built if there is none, for factors below 1."""
     simulation = model.build(threads=threads)
-    if waiting := simulation._waiting():
-        names = ", ".join(f"`{name}`" for name in waiting)
-        warnings.warn(
-            f"supports, loads, excavations or joints wait for the stages {names} and are not included in this factor: "
-            "enter them in a simulation, or give the model a stage of kind \"safety\" and run it with run_deck "
-            "[waiting-stages]",
-            stacklevel=3,
-        )
+    for message in simulation._waiting():
+        warnings.warn(message, stacklevel=3)
     steps = min(_FIRST, max_steps or _FIRST)
     try:
         simulation.relax(max_steps=steps, quiet=True)
     except NotConverged as error:
         if not isinstance(error, Collapsed):
-            warnings.warn(
-                f"the model is not in equilibrium after {steps} steps: trials start from the model as built; "
-                "give a simulation in equilibrium [not-in-equilibrium]",
-                stacklevel=3,
-            )
+            for message in simulation._undecided(steps):
+                warnings.warn(message, stacklevel=3)
         with warnings.catch_warnings():
             # The first `build` has issued these warnings.
             warnings.simplefilter("ignore")
