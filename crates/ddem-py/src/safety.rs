@@ -53,7 +53,7 @@ impl PySimulation {
         );
         let warning = Diagnostic::warning(Code::NotInEquilibrium, "model", message)
             .help("give a simulation in equilibrium");
-        Ok(reported(&self.idle(py)?.session, [warning]))
+        Ok(reported(&self.lock_to_move(py)?.session, [warning]))
     }
 
     /// Result of :func:`ddem.factor_of_safety`.

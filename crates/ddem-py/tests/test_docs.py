@@ -168,7 +168,7 @@ def calls() -> list[tuple[str, str]]:
 
 
 @pytest.mark.parametrize(("name", "written"), calls())
-def test_the_page_has_the_arguments_of_functions(name: str, written: str) -> None:
+def test_python_page_matches_signatures(name: str, written: str) -> None:
     known = signatures()[name]
     words = [word for word in written.split(", ") if word not in ("", "*")]
     others = {"...", "where...", "from_", "until"} - set(known)
@@ -183,13 +183,10 @@ def test_the_page_has_the_arguments_of_functions(name: str, written: str) -> Non
         assert {word.partition("=")[0] for word in named} == set(known)
 
 
-def test_the_page_has_functions_with_keys_of_stages() -> None:
+def test_python_page_lists_functions_with_stage_keys() -> None:
     names = [name for name, _ in calls()]
     assert {"relax", "run", "start", "stage", "ddem.factor_of_safety"} <= set(names)
     assert len(names) > 30
-
-
-def test_the_page_has_every_name() -> None:
 
 
 def test_python_page_lists_every_name() -> None:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import ddem
 import pytest
+from sample_models import cube
 
 STUB = Path(inspect.getfile(ddem)).with_name("_ddem.pyi")
 
@@ -99,6 +100,17 @@ def test_stub_has_keys_of_relax_and_run() -> None:
     assert relax | run == stage
     assert relax & run == {"on_failure"}
     assert keywords("Simulation", "start") <= run
+
+
+@pytest.mark.parametrize("method", ["relax", "run", "start"])
+def test_methods_accept_the_keys_of_the_stub(method: str) -> None:
+    simulation = cube().build()
+    required = {"run": {"duration": 1e-4}}.get(method, {})
+    own = {"record", "name", "quiet", "until", "every", "callback"}
+    for key in keywords("Simulation", method) - own:
+        with pytest.raises(ddem.ModelError) as caught:
+            getattr(simulation, method)(**{**required, key: object()})
+        assert caught.value.code != "unknown-key", key
 
 
 def test_stub_lists_the_words_of_the_schema() -> None:

@@ -357,7 +357,7 @@ fn parameters(keys: &[Key]) -> String {
 /// Arguments of the compiled part, and arguments and parameters of the search for a factor of
 /// safety.
 #[test]
-fn stubs() {
+fn python_stubs_match_schema() {
     let written = |file: &str| {
         let path = format!("crates/ddem-py/python/ddem/{file}");
         let text = std::fs::read_to_string(root().join(&path)).unwrap();
