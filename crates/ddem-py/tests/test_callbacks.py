@@ -231,7 +231,7 @@ def simulation_step() -> float:
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
-        ({"every": 1e-4}, "every: is the time between calls of `until` and `callback`"),
+        ({"every": 1e-4}, "every: needs `until` or `callback`"),
         ({"until": 3}, "until: must be a function of the simulation"),
         ({"callback": "look"}, "callback: must be a function of the simulation"),
         ({"callback": print, "every": 0.0}, "every: must be a finite number above 0, found 0"),

@@ -19,7 +19,7 @@ from sample_models import column, cube, refused
         (lambda s: s.run(0), "duration: `duration` is 0 but must be above 0"),
         (lambda s: s.run(np.nan), "duration: must be a finite number, found NaN"),
         (lambda s: s.run("long"), "duration: expected a number"),
-        (lambda s: s.run(1e300), "duration: takes "),
+        (lambda s: s.run(1e300), "duration: the stage needs "),
         (lambda s: s.run(1e-320), "duration: "),
         (lambda s: s.run(1e-3, time_step=1e-320), "time_step: "),
         (lambda s: s.run(1e-3, damping=-1), "damping.ratio: `ratio` is -1 but must be 0 or more"),
