@@ -4,6 +4,7 @@
 use ddem_core::{FIELDS, FieldLocation, Simd, Simulation};
 use ddem_deck::TimeStep;
 
+use super::bits::output_bits;
 use super::decks::MATTER;
 use super::shared::deck;
 
@@ -63,41 +64,17 @@ every = 1e-5
     )
 }
 
-/// Failed pairs and all outputs, as bits, after some steps.
-fn state(text: &str, threads: usize, simd: Simd, steps: usize) -> ([u64; 2], Vec<u64>) {
-    let deck = deck(text);
-    let mut simulation = Simulation::with_simd(deck.build().expect("a model"), simd);
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-    pool.install(|| {
-        simulation.enter(0).unwrap_or_else(|error| panic!("{error}"));
-        simulation.relax(1e-5, 10_000).expect("equilibrium");
-        simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
-        let stage = deck.stage[1].clone();
-        let damping = stage.damping.unwrap_or_default();
-        simulation.start(damping, TimeStep::Auto, stage.duration).expect("a stable step");
-        for _ in 0..steps {
-            simulation.step().expect("finite numbers");
-        }
-        let mut bits: Vec<u64> =
-            simulation.energy().values().into_iter().map(f64::to_bits).collect();
-        for field in FIELDS {
-            bits.extend(simulation.snapshot().values(&field).into_iter().map(f64::to_bits));
-        }
-        (simulation.failed_pairs(), bits)
-    })
-}
-
 #[test]
 fn failure_bits_are_independent_of_threads_and_simd() {
     let text = torn(1.0);
-    let expected = state(&text, 1, Simd::default(), 250);
+    let expected = output_bits(&text, 1, Simd::default(), 250);
     let [shear, tension] = expected.0;
     assert!(shear > 50 && tension > 50, "{shear} and {tension} pairs have failed");
     for threads in [2, 3] {
-        assert!(state(&text, threads, Simd::default(), 250) == expected, "{threads} threads");
+        assert!(output_bits(&text, threads, Simd::default(), 250) == expected, "{threads} threads");
     }
     for (name, simd) in Simd::available() {
-        assert!(state(&text, 1, simd, 250) == expected, "{name}");
+        assert!(output_bits(&text, 1, simd, 250) == expected, "{name}");
     }
 }
 
