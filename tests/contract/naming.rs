@@ -4,7 +4,21 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Words with which no doc comment may open, because no quantity follows them.
-const OPENERS: [&str; 8] = ["What", "Whether", "How", "Who", "Whose", "Where", "Which", "Why"];
+const OPENERS: [&str; 13] = [
+    "What",
+    "Whether",
+    "How",
+    "Who",
+    "Whose",
+    "Where",
+    "Which",
+    "Why",
+    "It",
+    "Of",
+    "Something",
+    "Those",
+    "To",
+];
 
 /// Path and text of every source file of all crates.
 fn sources() -> Vec<(PathBuf, String)> {

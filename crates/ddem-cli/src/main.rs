@@ -13,6 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use clap::Parser;
+use ddem_core::ErrorCode;
 use ddem_deck::DeckError;
 use ddem_io::run;
 use ddem_io::run::{Options, Outcome, RunFailure};
@@ -217,16 +218,20 @@ fn say(failure: &CommandFailure) {
         CommandFailure::NoCommand(arguments) => {
             let deck = if arguments.is_empty() { "deck.toml".into() } else { arguments.join(" ") };
             complain(&format!(
-                "error: `run` is not a command of ddem: run a deck by `ddem {deck}`\n"
+                "error: `run` is not a command of ddem: run a deck by `ddem {deck}` [{}]\n",
+                ErrorCode::UnknownCommand
             ));
         }
         CommandFailure::Results(error) => complain(&format!("error: {error} [{}]\n", error.code())),
-        // The drawing program has already printed the error.
-        CommandFailure::Picture(NoPicture::Refused(_)) => {}
-        CommandFailure::Picture(error) => complain(&format!("error: {error}\n")),
+        CommandFailure::Picture(error) => {
+            if let Some(code) = error.code() {
+                complain(&format!("error: {error} [{code}]\n"));
+            }
+        }
         CommandFailure::Output(error) if error.kind() == ErrorKind::BrokenPipe => {}
         CommandFailure::Output(error) => {
-            complain(&format!("error: cannot write to standard output: {error}\n"));
+            let code = ErrorCode::FileAccess;
+            complain(&format!("error: cannot write to standard output: {error} [{code}]\n"));
         }
     }
 }

@@ -6,6 +6,8 @@ use std::io;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
+use ddem_core::ErrorCode;
+
 use crate::args::Plot;
 
 /// Environment variable that names the Python to use.
@@ -45,6 +47,14 @@ pub(crate) enum NoPicture {
 }
 
 impl NoPicture {
+    /// Code of the error; `None` if the drawing program has printed it.
+    pub(crate) fn code(&self) -> Option<ErrorCode> {
+        match self {
+            Self::NoPython { .. } | Self::NotStarted { .. } => Some(ErrorCode::MissingProgram),
+            Self::Refused(_) => None,
+        }
+    }
+
     /// Exit status of the command.
     pub(crate) fn exit_status(&self) -> u8 {
         match self {

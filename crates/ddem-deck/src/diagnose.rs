@@ -37,7 +37,7 @@ pub enum DeckError {
         /// Reason.
         message: String,
     },
-    /// Something in the deck is wrong.
+    /// Faults of the deck.
     #[error("{}{}", headline(name, findings), lines(findings))]
     Wrong {
         /// Name of the deck, usually the path of its file.

@@ -157,8 +157,7 @@ fn run_is_no_command() {
     let desk = Desk::with(&[SHAKE]);
     let outcome = desk.run("run column.toml --check");
     assert_eq!(outcome.status, Some(2));
-    let expected =
-        "error: `run` is not a command of ddem: run a deck by `ddem column.toml --check`\n";
+    let expected = "error: `run` is not a command of ddem: run a deck by `ddem column.toml --check` [unknown-command]\n";
     assert_eq!(outcome.stderr, expected);
 }
 

@@ -20,7 +20,7 @@ fn missing_python_names_what_to_install() {
     let message = |interpreter: &str, python: &str| {
         format!(
             "error: pictures need Python with the module ddem and PyVista: looked for them with `{interpreter}`\n  \
-             install them by `{python} -m pip install '.[plot]'` in the folder of the sources of ddem\n"
+             install them by `{python} -m pip install '.[plot]'` in the folder of the sources of ddem [missing-program]\n"
         )
     };
     assert_eq!(plot("no/python"), message("no/python", "python3"));

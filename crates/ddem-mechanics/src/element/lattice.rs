@@ -88,12 +88,12 @@ impl<S: Simd, const T: usize, E: Elements<S, T>> Elements<S, T> for Remaining<'_
     #[inline(always)]
     fn forces(&self, simd: S, element: usize, s: &Modes<S>, d: &Modes<S>) -> ModalForces<S> {
         let alive = self.alive[element].load(simd);
-        let (mut left, mut left_slope) = ([alive; 12], [alive; 12]);
+        let (mut alive_s, mut alive_d) = ([alive; 12], [alive; 12]);
         for k in 0..12 {
-            left[k] *= s[k];
-            left_slope[k] *= d[k];
+            alive_s[k] *= s[k];
+            alive_d[k] *= d[k];
         }
-        self.table.forces(simd, element, &left, &left_slope)
+        self.table.forces(simd, element, &alive_s, &alive_d)
     }
 }
 
