@@ -120,5 +120,6 @@ pub struct ModelTable {
     pub element: ElementKind,
     /// Record the largest velocities and principal stresses of the run; default `false`.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = bool::default()))]
     pub peaks: bool,
 }

@@ -11,9 +11,6 @@ use ddem_joint::contact::ContactSurfaces;
 use ddem_mechanics::law::ReducedLaw;
 use ddem_mechanics::math::lanes::Lanes;
 
-/// Default number of increments of a relaxation that drives supports.
-const DRIVEN: u32 = 10;
-
 impl Simulation {
     /// Begins an increment: changes strengths and moves supports by their part.
     pub(super) fn begin_increment(&mut self, progress: &RelaxationProgress) {
@@ -65,6 +62,11 @@ impl Simulation {
         state.broken_joints.recheck();
     }
 
+    /// Default number of increments of a relaxation.
+    pub const INCREMENTS: u32 = 1;
+    /// Default number of increments of a relaxation that drives supports.
+    pub const DRIVEN_INCREMENTS: u32 = 10;
+
     /// Default number of increments of the next relaxation: several if it drives supports, because
     /// joints that fail under the whole displacement at once have another history.
     #[must_use]
@@ -74,9 +76,9 @@ impl Simulation {
             .map(|stages| self.model.conditions.support_increments(stages, 1.0))
             .unwrap_or_default();
         if support_increments.iter().flatten().any(|increment| *increment != 0.0) {
-            DRIVEN
+            Self::DRIVEN_INCREMENTS
         } else {
-            1
+            Self::INCREMENTS
         }
     }
 

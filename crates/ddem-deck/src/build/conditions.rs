@@ -115,7 +115,7 @@ fn charges(
                         Some(ChargeHistory::Given(history)) => TimeFunction::new(Some(history)),
                         _ => TimeFunction::Constant,
                     },
-                    delay: entry.delay.unwrap_or(0.0),
+                    delay: entry.delay.unwrap_or_default(),
                     in_force: deck.stage_range(entry.from.as_ref(), entry.until.as_ref()),
                 });
             }
@@ -196,7 +196,7 @@ fn without_walls(
 /// Load that continues the forces of removed blocks. It has no forces before their removal.
 fn released(deck: &Deck, remove: &Remove) -> LoadPattern {
     let from = deck.stage_range(remove.from.as_ref(), None).from.unwrap_or(0);
-    let fades = remove.release.filter(|&time| time > 0.0);
+    let fades = Some(remove.release.unwrap_or_default()).filter(|&time| time > 0.0);
     let table = fades.map_or(vec![[0.0, 0.0]], |time| vec![[0.0, 1.0], [time, 0.0]]);
     let stages = deck.stage.iter().enumerate();
     let relaxing = stages.filter(|(_, stage)| stage.kind == StageKind::Relax);

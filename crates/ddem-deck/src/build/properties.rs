@@ -61,20 +61,20 @@ fn joint_properties(deck: &Deck, (name, joint): (&String, &Joint)) -> JointPrope
 
 /// Mohr–Coulomb law of a joint; missing strengths are 0.
 fn mohr_coulomb(joint: &Joint) -> MohrCoulomb {
-    let friction = joint.friction.unwrap_or(0.0);
-    let tension = joint.tension.unwrap_or(0.0);
+    let friction = joint.friction.unwrap_or_default();
+    let tension = joint.tension.unwrap_or_default();
     let softening = joint.fracture_energy.map(|[opening, sliding]| Softening {
         // Without tensile strength there is nothing to soften.
         opening: if tension > 0.0 { 2.0 * opening / tension } else { 0.0 },
         sliding,
     });
     MohrCoulomb {
-        cohesion: joint.cohesion.unwrap_or(0.0),
+        cohesion: joint.cohesion.unwrap_or_default(),
         tan_friction: tan(friction),
         tension,
-        residual_cohesion: joint.residual_cohesion.unwrap_or(0.0),
+        residual_cohesion: joint.residual_cohesion.unwrap_or_default(),
         tan_residual_friction: tan(joint.residual_friction.unwrap_or(friction)),
-        tan_dilation: tan(joint.dilation.unwrap_or(0.0)),
+        tan_dilation: tan(joint.dilation.unwrap_or_default()),
         softening,
     }
 }
@@ -83,9 +83,9 @@ fn barton(joint: &Joint, [jrc, jcs]: [f64; 2]) -> Barton {
     Barton {
         jrc,
         jcs,
-        residual_friction: joint.residual_friction.unwrap_or(0.0),
-        tension: joint.tension.unwrap_or(0.0),
-        tan_dilation: tan(joint.dilation.unwrap_or(0.0)),
+        residual_friction: joint.residual_friction.unwrap_or_default(),
+        tension: joint.tension.unwrap_or_default(),
+        tan_dilation: tan(joint.dilation.unwrap_or_default()),
     }
 }
 

@@ -65,7 +65,7 @@ fn cuts(set: &BlockSet, k: usize) -> Option<&[f64]> {
 fn blocks_along(set: &BlockSet, k: usize) -> u64 {
     match cuts(set, k) {
         Some(cuts) => cuts.len().saturating_sub(1) as u64,
-        None => set.count.map_or(1, |count| u64::from(count[k])),
+        None => u64::from(set.count()[k]),
     }
 }
 

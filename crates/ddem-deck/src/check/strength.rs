@@ -131,9 +131,9 @@ fn softening(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
     else {
         return;
     };
-    let lost = joint.cohesion.unwrap_or(0.0) - joint.residual_cohesion.unwrap_or(0.0);
+    let lost = joint.cohesion.unwrap_or_default() - joint.residual_cohesion.unwrap_or_default();
     let modes = [
-        ("opening", "tension²/(2 k_n)", joint.tension.unwrap_or(0.0), ("k_n", normal)),
+        ("opening", "tension²/(2 k_n)", joint.tension.unwrap_or_default(), ("k_n", normal)),
         ("sliding", "(cohesion − residual_cohesion)²/(2 k_s)", lost, ("k_s", shear)),
     ];
     for (i, (mode, formula, strength, (name, stiffness))) in modes.into_iter().enumerate() {

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use ddem_core::Simulation;
+
 use super::shown;
 use super::units::units;
 use crate::lint::{Code, Diagnostic, loose_tolerance};
@@ -97,7 +99,7 @@ fn releases(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
         let stages = &deck.stage[first..];
         let at = format!("remove[{index}].release");
         if let Some(stage) = stages.first().filter(relax) {
-            return (stage.increments.unwrap_or(1) == 1).then(|| {
+            return (stage.increments.unwrap_or(Simulation::INCREMENTS) == 1).then(|| {
                 let message = format!(
                     "`release` has no effect: relax stage `{}` has one increment",
                     stage.name
@@ -133,8 +135,8 @@ fn unreachable_tension(at: &str, joint: &Joint) -> Option<Diagnostic> {
     if joint.jrc.is_some() {
         return None;
     }
-    let (tension, cohesion) = (joint.tension?, joint.cohesion.unwrap_or(0.0));
-    let slope = libm::tan(joint.friction.unwrap_or(0.0).to_radians());
+    let (tension, cohesion) = (joint.tension?, joint.cohesion.unwrap_or_default());
+    let slope = libm::tan(joint.friction.unwrap_or_default().to_radians());
     let apex = if cohesion > 0.0 { cohesion / slope } else { 0.0 };
     // A tension that is meant to be at the apex may differ from it by rounding.
     (tension > apex * (1.0 + 1e-9)).then(|| {

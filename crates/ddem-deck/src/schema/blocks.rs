@@ -21,6 +21,7 @@ pub struct BlockSet {
     pub size: Option<[f64; 3]>,
     /// Numbers of blocks along the three edges, of equal size; default `[1, 1, 1]`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = ONE_BLOCK))]
     pub count: Option<[u32; 3]>,
     /// Blocks as hexahedra of another program, instead of a lattice; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -53,6 +54,8 @@ pub struct BlockSet {
     pub planes: Option<Orientations>,
 }
 
+/// Numbers of blocks along the edges of a set without joints.
+const ONE_BLOCK: [u32; 3] = [1; 3];
 /// The coordinate axes.
 pub(crate) const COORDINATES: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
@@ -86,6 +89,11 @@ impl BlockSet {
             Body::Deformable => self.divisions,
             Body::Rigid => 1,
         }
+    }
+
+    /// Numbers of blocks along the three edges, for those without `edges`: `count` or its default.
+    pub(crate) fn count(&self) -> [u32; 3] {
+        self.count.unwrap_or(ONE_BLOCK)
     }
 
     /// Names of the joints by the direction of their normal, if given.
@@ -216,6 +224,7 @@ pub struct Remove {
     /// Time in which the forces of the removed blocks decrease linearly to 0, in a relax stage its
     /// increments `[s]`; default 0: at once.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = f64::default()))]
     pub release: Option<f64>,
 }
 

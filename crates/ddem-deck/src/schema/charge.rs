@@ -39,6 +39,7 @@ pub struct Charge {
     /// Time of detonation after the start of the stage `from`, otherwise of the run `[s]`;
     /// default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = f64::default()))]
     pub delay: Option<f64>,
     /// Stage at whose start the entry comes into force; default the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]

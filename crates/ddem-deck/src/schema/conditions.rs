@@ -125,12 +125,14 @@ pub struct Initial {
     pub region: Where,
     /// Velocity `[m/s]`; default `[0, 0, 0]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = <[f64; 3]>::default()))]
     pub velocity: Option<[f64; 3]>,
     /// Angular velocity about `centre`, added to `velocity` `[rad/s]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<[f64; 3]>,
     /// Point on the axis of `spin` `[m]`; default `[0, 0, 0]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = <[f64; 3]>::default()))]
     pub centre: Option<[f64; 3]>,
     /// Stress xx, yy, zz, xy, yz, zx at the origin, tension positive `[Pa]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -156,6 +158,9 @@ pub struct Gradient {
     pub z: Option<[f64; 6]>,
 }
 
+/// Steps of a relax stage between samples.
+const EVERY_STEPS: u64 = 100;
+
 /// A quantity that is recorded during the run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -177,7 +182,19 @@ pub struct Probe {
     pub every: Option<f64>,
     /// relax stages: number of steps between samples; default 100.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = EVERY_STEPS))]
     pub every_steps: Option<u64>,
+}
+
+impl Probe {
+    /// Number of samples in a dynamic stage without `every`.
+    pub const SAMPLES: u64 = 1000;
+
+    /// Steps of a relax stage between samples: `every_steps` or its default.
+    #[must_use]
+    pub fn every_steps(&self) -> u64 {
+        self.every_steps.unwrap_or(EVERY_STEPS)
+    }
 }
 
 /// Recorded quantity of a probe.

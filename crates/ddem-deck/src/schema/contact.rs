@@ -26,6 +26,7 @@ pub struct ContactTable {
     /// Damping of contacts, failed pairs and the blocks around them as a fraction of critical, from
     /// 0 to 1; default 0.2, 0 with a `[[charge]]`.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = DAMPING))]
     pub damping: Option<f64>,
     /// Coefficient of restitution e of two blocks, from 0 to 1, instead of `damping`; default none.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -60,15 +60,19 @@ pub struct Joint {
     pub shear_stiffness: Option<f64>,
     /// Cohesion c, 0 or more `[Pa]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = f64::default()))]
     pub cohesion: Option<f64>,
     /// Friction angle φ, in [0, 90) `[degrees]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = f64::default()))]
     pub friction: Option<f64>,
     /// Tensile strength σ_t, 0 or more `[Pa]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = f64::default()))]
     pub tension: Option<f64>,
     /// Cohesion c_r after failure, not above `cohesion`; open points have none `[Pa]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = f64::default()))]
     pub residual_cohesion: Option<f64>,
     /// Friction angle φ_r after failure, not above `friction`; needed with `jrc` `[degrees]`;
     /// default `friction`.
@@ -77,6 +81,7 @@ pub struct Joint {
     /// Dilation angle ψ, not above `friction`: sliding by s opens a failed joint by s tan ψ
     /// `[degrees]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = f64::default()))]
     pub dilation: Option<f64>,
     /// Fracture energies G_I in opening and G_II in sliding `[J/m²]`; default none: brittle.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -5,6 +5,9 @@ use serde::{Deserialize, Serialize};
 
 use super::{FileOf, Heights, Triangles, normal_of};
 
+/// Largest angle of a joint to the wanted orientation `[degrees]`.
+const WITHIN: f64 = 2.0;
+
 /// Part of space: all given keys must hold; keys that are not given do not restrict it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -51,6 +54,7 @@ pub struct Where {
     pub dip_direction: Option<f64>,
     /// Largest angle to `dip` and `dip_direction` `[degrees]`; default 2.
     #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = WITHIN))]
     pub within: Option<f64>,
     /// Name of a set of blocks; default all sets.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -61,6 +65,11 @@ impl Where {
     /// True if no key is given, so that everything is selected.
     pub fn is_everywhere(&self) -> bool {
         *self == Self::default()
+    }
+
+    /// Largest angle to `dip` and `dip_direction` `[degrees]`: `within` or its default.
+    pub(crate) fn within(&self) -> f64 {
+        self.within.unwrap_or(WITHIN)
     }
 
     /// Number of planes that the region names.

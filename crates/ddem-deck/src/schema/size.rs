@@ -24,7 +24,7 @@ impl Size {
             let edges = set.edges.as_ref();
             let count = |d: usize| {
                 let cuts = edges.and_then(|e| [&e.x, &e.y, &e.z][d].as_ref());
-                cuts.map_or(set.count.map_or(1.0, |c| f64::from(c[d])), |c| c.len() as f64 - 1.0)
+                cuts.map_or(f64::from(set.count()[d]), |c| c.len() as f64 - 1.0)
             };
             let mut blocks = count(0) * count(1) * count(2);
             let mut n = f64::from(set.elements_along_edge()) + 1.0;

@@ -3,9 +3,13 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use ddem_core::Simulation;
 use ddem_core::problem::StageRange;
 
 use super::{Damping, Deck, SafetySearch, StageKind, TimeStep, forms};
+
+/// Number of frames of a dynamic stage.
+const FRAMES: u64 = 20;
 
 /// One stage. Keys of other kinds of stages are errors.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -18,9 +22,11 @@ pub struct Stage {
     pub kind: StageKind,
     /// safety: smallest and largest factor of the search; default `[0.5, 4.0]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = SafetySearch::default().bracket))]
     pub bracket: Option<[f64; 2]>,
     /// safety: width of the final bracket; default 0.005.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = SafetySearch::default().resolution))]
     pub resolution: Option<f64>,
     /// safety: names of the joints whose strengths are divided; default all, and the friction of
     /// contacts.
@@ -29,22 +35,27 @@ pub struct Stage {
     /// safety: continuing motion between neighbours that counts as failure, relative to an edge;
     /// default 0.02.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = SafetySearch::default().limit))]
     pub limit: Option<f64>,
     /// relax, safety: unbalanced force ratio at which the stage, or a trial, is done, in (0, 1);
     /// default 1e-5.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = SafetySearch::default().tolerance))]
     pub tolerance: Option<f64>,
     /// relax, safety: number of steps after which the stage, or a trial, is undecided;
     /// default 200 000.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = SafetySearch::default().max_steps))]
     pub max_steps: Option<u64>,
     /// relax: number of equal parts in which loads and other changes are applied; default 1, 10
     /// with supports driven by a `displacement`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = Simulation::INCREMENTS))]
     pub increments: Option<u32>,
     /// relax, dynamic: behaviour if the stage fails or stays undecided, `"stop"` or `"continue"`;
     /// default `"stop"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = OnFailure::default()))]
     pub on_failure: Option<OnFailure>,
     /// dynamic: simulated time, with `until_rest` the longest `[s]`; needed in dynamic stages.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -52,6 +63,7 @@ pub struct Stage {
     /// dynamic: `"none"`, or one of `ratio`, `mass`, `stiffness` and `local`, as in
     /// `{ ratio = 0.05 }`; default `"none"`.
     #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "forms::damping")]
+    #[schemars(extend("default" = Damping::default()))]
     pub damping: Option<Damping>,
     /// dynamic: `"auto"`, a part of the critical step, or a number `[s]`; default `"auto"`.
     #[serde(
@@ -59,16 +71,19 @@ pub struct Stage {
         skip_serializing_if = "Option::is_none",
         deserialize_with = "forms::time_step"
     )]
+    #[schemars(extend("default" = TimeStep::default()))]
     pub time_step: Option<TimeStep>,
     /// dynamic: end as soon as blocks are at rest, or fail: keep moving without slowing down;
     /// default `false`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = bool::default()))]
     pub until_rest: Option<bool>,
     /// dynamic: time between frames, instead of `frames` `[s]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fields_every: Option<f64>,
     /// dynamic: number of frames; default 20.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = FRAMES))]
     pub frames: Option<u64>,
 }
 
@@ -82,9 +97,27 @@ impl Stage {
             resolution: self.resolution.unwrap_or(standard.resolution),
             joints: self.joints.clone(),
             limit: self.limit.unwrap_or(standard.limit),
-            tolerance: self.tolerance.unwrap_or(standard.tolerance),
-            max_steps: self.max_steps.unwrap_or(standard.max_steps),
+            tolerance: self.tolerance(),
+            max_steps: self.max_steps(),
         }
+    }
+
+    /// Unbalanced force ratio at which the stage, or a trial, is done: `tolerance` or its default.
+    #[must_use]
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance.unwrap_or(SafetySearch::default().tolerance)
+    }
+
+    /// Steps after which the stage, or a trial, is undecided: `max_steps` or its default.
+    #[must_use]
+    pub fn max_steps(&self) -> u64 {
+        self.max_steps.unwrap_or(SafetySearch::default().max_steps)
+    }
+
+    /// Number of frames of a dynamic stage without `fields_every`: `frames` or its default.
+    #[must_use]
+    pub fn frames(&self) -> u64 {
+        self.frames.unwrap_or(FRAMES)
     }
 }
 

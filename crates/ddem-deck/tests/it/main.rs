@@ -4,6 +4,7 @@
 
 mod bad_decks;
 mod bad_input;
+mod defaults;
 mod errors;
 mod files;
 mod good_decks;

@@ -14,9 +14,6 @@ use crate::folder::Folder;
 use crate::tables::Table;
 use crate::vtkhdf::{FieldSpec, NumberType, PointOwner, Writer};
 
-/// Default number of frames of a dynamic stage.
-pub(super) const DEFAULT_FRAMES: u64 = 20;
-
 /// Number of leading columns of `fragments.csv` with whole numbers: number of the fragment and
 /// number of its blocks.
 const WHOLE: usize = 2;
@@ -177,7 +174,7 @@ impl Files {
 /// of dynamic stages, or `still` if the deck has none.
 pub(super) fn nudge(deck: &Deck, still: f64) -> f64 {
     let between = deck.stage.iter().filter_map(|stage| {
-        let frames = stage.frames.unwrap_or(DEFAULT_FRAMES) as f64;
+        let frames = stage.frames() as f64;
         stage.fields_every.or(stage.duration.map(|duration| duration / frames))
     });
     let shortest = between.fold(f64::INFINITY, f64::min);

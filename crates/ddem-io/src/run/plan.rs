@@ -31,7 +31,7 @@ impl Plan {
         let name = stage.name.clone();
         if stage.kind != StageKind::Dynamic {
             let trials = if stage.kind == StageKind::Safety { trials(&stage.search()) } else { 0 };
-            let steps = stage.max_steps.unwrap_or(200_000);
+            let steps = stage.max_steps();
             return Self { name, trials, steps, ..Self::default() };
         }
         let time_step = match stage.time_step {

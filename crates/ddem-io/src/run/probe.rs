@@ -73,7 +73,7 @@ impl Sampler {
             values,
             warning,
             every: probe.every,
-            every_steps: probe.every_steps.unwrap_or(100),
+            every_steps: probe.every_steps(),
             columns: components.iter().map(|c| format!("{}.{c}", probe.name)).collect(),
         })
     }

@@ -3,15 +3,14 @@
 use std::ops::RangeInclusive;
 
 use ddem_core::{Model, Simulation};
+use ddem_deck::Probe;
 
 use super::Event;
-use super::files::{DEFAULT_FRAMES, Files, Position};
+use super::files::{Files, Position};
 use super::probe::Sampler;
 use crate::OutputError;
 use crate::folder::Folder;
 
-/// Default number of samples of a probe in a dynamic stage.
-const DEFAULT_SAMPLES: u64 = 1000;
 /// Rows of `energy.csv` in a dynamic stage, and steps between rows in a relaxation.
 const ENERGY_ROWS: u64 = 200;
 const ENERGY_STEPS: u64 = 100;
@@ -63,11 +62,11 @@ impl Schedule {
     ) -> Self {
         let frames = match (stage.fields_every, stage.frames) {
             (Some(every), _) => Due::seconds(every, time_step),
-            (None, frames) => Due::Times(frames.unwrap_or(DEFAULT_FRAMES).min(steps), steps),
+            (None, _) => Due::Times(stage.frames().min(steps), steps),
         };
         let sample = |sampler: &Sampler| match sampler.every {
             Some(every) => Due::seconds(every, time_step),
-            None => Due::Every((steps / DEFAULT_SAMPLES).max(1)),
+            None => Due::Every((steps / Probe::SAMPLES).max(1)),
         };
         Self {
             frames,

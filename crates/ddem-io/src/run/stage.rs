@@ -208,7 +208,7 @@ impl<'a> Running<'a> {
     /// True if a dynamic stage is over or, with `until_rest`, has come to rest or fails.
     fn decided(&mut self, over: bool) -> bool {
         let MovedBy { simulation, .. } = &*self.moved;
-        if self.stage.until_rest != Some(true) {
+        if !self.stage.until_rest.unwrap_or_default() {
             return over;
         }
         let verdict = if over { Some(simulation.verdict()) } else { simulation.decided() };
@@ -320,7 +320,7 @@ impl<'a> Running<'a> {
         cursor.done.push(summary);
         (cursor.step, cursor.seconds) = (None, 0.0);
         let Some(failure) = self.counters.failure.map(failed(self.stage)) else { return Ok(None) };
-        if self.stage.on_failure == Some(OnFailure::Continue) {
+        if self.stage.on_failure.unwrap_or_default() == OnFailure::Continue {
             let at = stage_place(deck, self.stage);
             let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string());
             cursor.warn(deck, warning, self.observer);
@@ -339,7 +339,7 @@ impl<'a> Running<'a> {
     }
 
     fn tolerance(&self) -> f64 {
-        self.stage.tolerance.unwrap_or(1e-5)
+        self.stage.tolerance()
     }
 
     fn progress(&self) -> Progress {
@@ -377,7 +377,7 @@ impl MovedBy {
                 let increments =
                     stage.increments.unwrap_or_else(|| simulation.default_increments());
                 simulation.start_relaxation(increments)?;
-                stage.max_steps.unwrap_or(200_000)
+                stage.max_steps()
             }
             StageKind::Dynamic => {
                 let (damping, step) = (stage.damping, stage.time_step);

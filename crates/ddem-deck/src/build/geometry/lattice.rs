@@ -55,7 +55,7 @@ fn cuts(set: &BlockSet, d: usize) -> EdgeCuts {
             edges: Some(edges),
         },
         None => EdgeCuts {
-            count: set.count.map_or(1.0, |c| f64::from(c[d])),
+            count: f64::from(set.count()[d]),
             length: set.size.map_or(0.0, |s| s[d]),
             edges: None,
         },

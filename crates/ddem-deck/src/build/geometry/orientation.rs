@@ -3,8 +3,6 @@
 use crate::schema::{Where, normal_of};
 use ddem_core::problem::Vec3;
 
-/// Default angle by which joints may deviate `[degrees]`.
-const WITHIN: f64 = 2.0;
 /// Rounding error of an angle `[rad]`.
 const ROUNDING: f64 = 1e-9;
 
@@ -26,7 +24,7 @@ impl Facing {
         Some(Self {
             dip: dip.to_radians(),
             normal: direction.map(|direction| Vec3::from(normal_of(dip, direction))),
-            within: region.within.unwrap_or(WITHIN).to_radians() + ROUNDING,
+            within: region.within().to_radians() + ROUNDING,
         })
     }
 
