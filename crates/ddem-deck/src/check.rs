@@ -66,12 +66,12 @@ impl NameFaults for Faults {
             return;
         }
         let help = if known.clone().next().is_none() {
-            format!("the deck has no {kind} with a name; `{header}` makes one")
+            format!("the model has no {kind} with a name; {header} makes one")
         } else {
             let near = names::nearest(name, known.clone())
                 .map(|near| format!("did you mean `{near}`? "))
                 .unwrap_or_default();
-            format!("{near}{kind}s of this deck: {}", names::list(known))
+            format!("{near}{kind}s of this model: {}", names::list(known))
         };
         self.add_help(
             ErrorCode::UnknownName,

@@ -29,7 +29,7 @@ impl ddem_io::run::Observer for PyObserver<'_> {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Progress(progress) => self.worker.progress(progress.clone()),
-            Event::Warning(warning) => self.worker.warn(warning.to_string()),
+            Event::Warning(warning) => self.worker.warn(warning.clone()),
             Event::Sample { step, time, values } => self.samples.push(step, time, values),
             _ => {}
         }
@@ -64,7 +64,7 @@ pub(crate) fn assembled(
         failure => errors::failure(py, failure),
     })?;
     for warning in session.warnings() {
-        warn(py, &warning.to_string())?;
+        warn(py, &warning)?;
     }
     Ok(PySimulation::new(session, Samples::default(), pool, called))
 }

@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
 
-use crate::values::WHERE;
+use crate::notation;
 
 /// Exception of a class of `ddem._errors`, with its arguments.
 macro_rules! raise {
@@ -79,12 +79,13 @@ pub(crate) fn faults(
     let mut lines = Vec::new();
     let mut list = Vec::new();
     for fault in faults {
-        let place = python_place(&fault.place);
+        let place = notation::place(&fault.place);
         let mut text = line(&fault.place).map_or(String::new(), |line| format!("{line}: "));
         if !place.is_empty() {
             text += &format!("{place}: ");
         }
-        let (message, help) = (in_python(&fault.message), fault.help.as_deref().map(in_python));
+        let (message, help) =
+            (notation::text(&fault.message), fault.help.as_deref().map(notation::text));
         text += &message;
         if let Some(help) = &help {
             text += &format!(" ({help})");
@@ -96,83 +97,10 @@ pub(crate) fn faults(
     raise!(py, "ModelError", (lines.join("\n"), list))
 }
 
-/// Message in which the sections of a deck are replaced by methods of a model.
-pub(crate) fn in_python(text: &str) -> String {
-    let mut text = text.to_owned();
-    for section in SECTIONS {
-        let method = match section {
-            "blocks" => "`Model.add_blocks`".to_owned(),
-            "model" => "`Model(...)`".to_owned(),
-            section => format!("`Model.{section}`"),
-        };
-        let written =
-            if ONE.contains(&section) { format!("[{section}]") } else { format!("[[{section}]]") };
-        text = text.replace(&format!("`{written}`"), &method).replace(&written, &method);
-    }
-    with_dictionaries(&text)
-}
-
-/// Text in which tables in braces, `{ key = value }`, are replaced by dictionaries, `{"key":
-/// value}`.
-fn with_dictionaries(text: &str) -> String {
-    let (mut out, mut depth) = (String::with_capacity(text.len()), 0_u32);
-    let mut rest = text;
-    while let Some(first) = rest.chars().next() {
-        let key = rest.split(|c: char| !c.is_ascii_alphanumeric() && c != '_').next().unwrap_or("");
-        let taken = match first {
-            '{' => {
-                depth += 1;
-                out.push('{');
-                if rest.starts_with("{ ") { 2 } else { 1 }
-            }
-            ' ' if depth > 0 && rest.starts_with(" }") => 1,
-            '}' => {
-                depth = depth.saturating_sub(1);
-                out.push('}');
-                1
-            }
-            _ if depth > 0 && !key.is_empty() && rest[key.len()..].starts_with(" = ") => {
-                out += &format!("\"{key}\": ");
-                key.len() + 3
-            }
-            _ if !key.is_empty() => {
-                out += key;
-                key.len()
-            }
-            other => {
-                out.push(other);
-                other.len_utf8()
-            }
-        };
-        rest = &rest[taken..];
-    }
-    out
-}
-
-/// Sections of a deck; those in `ONE` occur only once.
-const SECTIONS: [&str; 14] = [
-    "model", "contact", "lint", "blocks", "refine", "assign", "remove", "fix", "load", "charge",
-    "boundary", "initial", "stage", "probe",
-];
-const ONE: [&str; 3] = ["model", "contact", "lint"];
-
-/// Place in a deck, with the names of Python's arguments.
-fn python_place(place: &str) -> String {
-    let mut parts: Vec<&str> = place.split('.').collect();
-    if parts.len() > 1 && parts[0] == "model" {
-        parts.remove(0);
-    }
-    if parts.len() > 2 {
-        parts.retain(|part| *part != "where");
-    }
-    let part = |part: &&str| if *part == "from" { "from_".to_owned() } else { (*part).to_owned() };
-    parts.iter().map(part).collect::<Vec<_>>().join(".")
-}
-
 /// Exception for a failed step. `stage` comes before the message.
 pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr {
     let code = error.code();
-    let message = format!("{stage}{error} [{code}]");
+    let message = notation::text(&format!("{stage}{error} [{code}]"));
     let raised = match *error {
         RunError::NotConverged { ratio, .. } | RunError::UnreachableTolerance { ratio, .. } => {
             raise!(py, "NotConverged", (message, ratio))
@@ -211,26 +139,12 @@ pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> 
         let place = place.trim_start_matches('.');
         fault.place = place.strip_prefix("where.").unwrap_or(place).to_owned();
         if fault.place == "where" && fault.message.ends_with("is missing") {
-            *fault =
-                Fault::new(ErrorCode::MissingKey, "", "no selection is given").help(where_keys());
+            *fault = Fault::new(ErrorCode::MissingKey, "", "no selection is given")
+                .help(notation::where_keys());
         }
-        fault.help = fault.help.take().map(|help| python_keys(&help));
+        fault.help = fault.help.take().map(|help| notation::list(&help));
     }
     model(py, &error)
-}
-
-/// Keys of a `where`, as a list.
-fn where_keys() -> String {
-    WHERE.map(|key| format!("`{key}`")).join(", ")
-}
-
-/// Advice with keys as Python has them: the keys of `where` are arguments, and `from` is a word of
-/// Python.
-fn python_keys(help: &str) -> String {
-    let python = help.replace("`where`", &where_keys()).replace("`from`", "`from_`");
-    // The keys of a stage are arguments of `relax` and `run`, which set its name and kind
-    // themselves.
-    python.replace("`name`, `kind`, `bracket`, `resolution`, `joints`, `limit`, ", "")
 }
 
 pub(crate) fn model(py: Python<'_>, error: &ModelError) -> PyErr {

@@ -12,6 +12,7 @@ mod functions;
 mod matter;
 mod mesh;
 mod model;
+mod notation;
 mod run;
 mod safety;
 mod samples;

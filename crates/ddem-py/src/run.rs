@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use ddem_core::{ErrorCode, Fault};
 use ddem_deck::lint::{Code, Diagnostic};
-use ddem_deck::{Stage, names};
+use ddem_deck::{Stage, StageKind, names, stage_keys};
 use ddem_io::run::{OpenStage, RunFailure, Session, StageStatus};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -20,27 +20,6 @@ use crate::worker::{outcome, part_on_worker_thread, warn};
 
 /// Waiting time while another thread uses the simulation.
 const WAIT: Duration = Duration::from_millis(1);
-/// Arguments of `relax`.
-const RELAX: [&str; 7] =
-    ["tolerance", "max_steps", "increments", "on_failure", "record", "name", "quiet"];
-/// Arguments of `run`.
-const RUN: [&str; 13] = [
-    "duration",
-    "until",
-    "every",
-    "callback",
-    "until_rest",
-    "on_failure",
-    "damping",
-    "time_step",
-    "record",
-    "fields_every",
-    "frames",
-    "name",
-    "quiet",
-];
-/// Keys that are arguments of neither method; they have messages of their own.
-const OTHERS: [&str; 6] = ["kind", "bracket", "resolution", "joints", "limit", "history"];
 
 #[pymethods]
 impl PySimulation {
@@ -83,7 +62,7 @@ impl PySimulation {
         quiet: bool,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<u64> {
-        known(slf.py(), keys, &RELAX, &RUN[4..])?;
+        known(slf.py(), keys, &|| arguments(slf, "relax", StageKind::Relax))?;
         let mut stage = read_stage(slf.py(), "relax", None, keys)?;
         stage.name = name.unwrap_or_default();
         StageCall { stage, record, callbacks: None }.run_to_end(slf, quiet)
@@ -155,7 +134,7 @@ impl PySimulation {
         quiet: bool,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<u64> {
-        known(slf.py(), keys, &RUN, &RELAX)?;
+        known(slf.py(), keys, &|| arguments(slf, "run", StageKind::Dynamic))?;
         let mut stage = read_stage(slf.py(), "dynamic", Some(duration), keys)?;
         let callbacks = Callbacks::new(slf.py(), [until, callback], every, stage.duration)?;
         if name.is_none() {
@@ -179,7 +158,7 @@ impl PySimulation {
             .help(format!("run(..., name=\"{first}\") or enter(\"{first}\") begins it"));
         let reported = session.site().deck().reports(&warning);
         drop(inner);
-        if reported { warn(py, &warning.to_string()) } else { Ok(()) }
+        if reported { warn(py, &warning) } else { Ok(()) }
     }
 
     /// Locks the simulation again, once no other thread uses it; such uses are short.
@@ -219,26 +198,47 @@ pub(crate) fn later(session: &Session, names: &[&String]) -> Vec<String> {
     stages.filter(|name| names.contains(name)).cloned().collect()
 }
 
-/// Refuses the first keyword that is neither an argument of the method nor one that `other` stages
-/// have. Keywords of other stages get a message of their own.
+/// Refuses the first keyword that no stage has; `own` lists the arguments of the method. Keys of
+/// other kinds of stages are refused with the stage.
 pub(crate) fn known(
     py: Python<'_>,
     keys: Option<&Bound<'_, PyDict>>,
-    own: &[&str],
-    other: &[&str],
+    own: &dyn Fn() -> PyResult<Vec<String>>,
 ) -> PyResult<()> {
+    let of_stages = ddem_deck::keys("Stage");
     for key in keys.into_iter().flat_map(|keys| keys.keys()) {
         let key: String = key.extract()?;
-        if ![own, other, &OTHERS].iter().any(|known| known.contains(&key.as_str())) {
-            let near = names::nearest(&key, own.iter().copied());
+        // A function as a history has a message of its own.
+        if !of_stages.contains(&key.as_str()) && key != "history" {
+            let own = own()?;
+            let own = own.iter().map(String::as_str);
+            let near = names::nearest(&key, own.clone());
             let near = near.map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
-            let help = format!("{near}arguments here: {}", names::list(own.iter().copied()));
+            let help = format!("{near}arguments here: {}", names::list(own));
             let message = format!("unknown key `{key}`");
             let fault = Fault::new(ErrorCode::UnknownKey, &key, message).help(help);
             return Err(errors::faults(py, &[fault], &|_| None));
         }
     }
     Ok(())
+}
+
+/// Arguments of a method that moves a simulation: those of its signature, and the keys of a stage
+/// of its kind.
+fn arguments(
+    simulation: &Bound<'_, PySimulation>,
+    method: &str,
+    kind: StageKind,
+) -> PyResult<Vec<String>> {
+    let signature = simulation.getattr(method)?.getattr("__text_signature__")?;
+    let signature: String = signature.extract()?;
+    let names = signature.split(['(', ',', ')']).filter_map(|one| one.split('=').next());
+    let names =
+        names.map(str::trim).filter(|name| !name.is_empty() && !name.starts_with(['$', '*']));
+    let mut all: Vec<&str> = names.collect();
+    let keys: Vec<&str> = stage_keys(kind).into_iter().filter(|key| !all.contains(key)).collect();
+    all.extend(keys);
+    Ok(all.into_iter().map(str::to_owned).collect())
 }
 
 /// A stage to run, with its folder and its callbacks.

@@ -8,6 +8,7 @@ use pyo3::types::PyDict;
 
 use crate::drive::read_stage;
 use crate::errors;
+use crate::notation;
 use crate::run::{later, wait_for, waiting};
 use crate::simulation::PySimulation;
 use crate::worker::{on_worker_thread, outcome};
@@ -20,7 +21,7 @@ type Found =
 fn reported(session: &Session, diagnostics: impl IntoIterator<Item = Diagnostic>) -> Vec<String> {
     let deck = session.site().deck();
     let reported = diagnostics.into_iter().filter(|diagnostic| deck.reports(diagnostic));
-    reported.map(|diagnostic| diagnostic.to_string()).collect()
+    reported.map(|diagnostic| notation::warning(&diagnostic)).collect()
 }
 
 #[pymethods]
@@ -90,7 +91,7 @@ impl PySimulation {
         });
         let moving = failing.map(|failing| failing.moving_blocks()).unwrap_or_default();
         let moving = moving.into_iter().map(|moving| (moving.set, moving.block));
-        let warnings = warnings.iter().map(ToString::to_string);
+        let warnings = warnings.iter().map(notation::warning);
         Ok((factor, bracket, trials.collect(), moving.collect(), warnings.collect()))
     }
 }

@@ -91,7 +91,7 @@ impl PySimulation {
     ///     An argument is wrong, or the time step exceeds the critical one.
     #[pyo3(signature = (**keys))]
     fn start(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
-        known(py, keys, &["damping", "time_step"], &[])?;
+        known(py, keys, &|| Ok(["damping", "time_step"].map(str::to_owned).into()))?;
         drop(self.lock_to_move(py)?);
         let mut stage = read_stage(py, "dynamic", None, keys)?;
         // Only the check needs a duration; there is none.

@@ -1,6 +1,7 @@
 //! Conversion of Python values to those of a deck.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use ddem_core::ModelError;
 use ddem_deck::Deck;
@@ -177,22 +178,7 @@ fn plain<'py>(
 }
 
 /// Keys of a `where`, which are arguments of their own.
-pub(crate) const WHERE: [&str; 14] = [
-    "x",
-    "y",
-    "z",
-    "sphere",
-    "cylinder",
-    "plane",
-    "above",
-    "below",
-    "inside",
-    "side",
-    "dip",
-    "dip_direction",
-    "within",
-    "set",
-];
+static WHERE: LazyLock<Vec<&str>> = LazyLock::new(|| ddem_deck::keys("Where"));
 
 /// Keyword arguments as the table of a deck, and the history if it is a function. Keywords with the
 /// value `None` are left out.
@@ -278,7 +264,7 @@ fn shorthand((section, key): (&str, &str), value: Value) -> Value {
 }
 
 fn has_where(section: &str) -> bool {
-    !matches!(section, "blocks" | "stage" | "materials" | "joints" | "contact" | "lint")
+    ddem_deck::section_keys(section).contains(&"where")
 }
 
 /// Reads one entry of a section alone, so that all faults belong to it.

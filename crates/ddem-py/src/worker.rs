@@ -11,6 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use ddem_core::ErrorCode;
+use ddem_deck::lint::Diagnostic;
 use ddem_io::run::Progress;
 use pyo3::exceptions::{PyRuntimeError, PyUserWarning};
 use pyo3::prelude::*;
@@ -18,6 +19,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::arrays::integer;
 use crate::errors::{internal, is_interruption, model_error};
+use crate::notation;
 
 /// Time between two checks for Ctrl-C and progress.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
@@ -30,7 +32,7 @@ const MOST_THREADS: usize = 1024;
 pub(crate) struct Worker {
     stop: Arc<AtomicBool>,
     progress: Mutex<Option<Progress>>,
-    warnings: Mutex<Vec<String>>,
+    warnings: Mutex<Vec<Diagnostic>>,
 }
 
 fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
@@ -51,7 +53,7 @@ impl Worker {
         *locked(&self.progress) = Some(progress);
     }
 
-    pub(crate) fn warn(&self, warning: String) {
+    pub(crate) fn warn(&self, warning: Diagnostic) {
         locked(&self.warnings).push(warning);
     }
 
@@ -70,8 +72,9 @@ impl Worker {
     }
 }
 
-pub(crate) fn warn(py: Python<'_>, message: &str) -> PyResult<()> {
-    let text = std::ffi::CString::new(message.replace('\0', " ")).unwrap_or_default();
+pub(crate) fn warn(py: Python<'_>, warning: &Diagnostic) -> PyResult<()> {
+    let text = notation::warning(warning).replace('\0', " ");
+    let text = std::ffi::CString::new(text).unwrap_or_default();
     PyErr::warn(py, &py.get_type::<PyUserWarning>(), &text, 1)
 }
 

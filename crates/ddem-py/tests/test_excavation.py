@@ -85,7 +85,7 @@ def test_materials_and_joints_change_between_stages() -> None:
         ({"release": -1.0, "from_": "dig"}, "must be 0 or more"),
         ({"from_": "dug"}, "no stage named `dug`"),
         ({"from_": "before"}, "is the first stage"),
-        ({"release": 1.0}, "`release` needs `from`"),
+        ({"release": 1.0}, "`release` needs `from_`"),
     ],
 )
 def test_invalid_excavations_are_refused(change: dict[str, object], message: str) -> None:

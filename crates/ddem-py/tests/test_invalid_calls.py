@@ -165,6 +165,10 @@ def test_unknown_keys_are_reported_before_wrong_types() -> None:
     message = refused(lambda: simulation.run(1e-3, dt=1e-5), ddem.ModelError)
     assert all(f"`{name}`" in message for name in ("until", "every", "callback", "record"))
     assert "`tolerance`" not in message
+    message = refused(lambda: simulation.relax(tolerence=1e-5), ddem.ModelError)
+    assert "did you mean `tolerance`? arguments here: `record`, `name`, `quiet`, `tolerance`" in message
+    assert "is a key of dynamic stages" in refused(lambda: simulation.relax(frames=5), ddem.ModelError)
+    assert "is not an argument" in refused(lambda: simulation.relax(kind="relax"), ddem.ModelError)
 
 
 def test_setting_state_in_callback_moves_nothing() -> None:
@@ -196,6 +200,27 @@ def test_messages_use_python_notation() -> None:
     assert '`{"ramp": seconds}`, `{"table": [[time, factor], …]}`' in message
     message = refused(lambda: cube().build().run(1e-4, damping="ratio", quiet=True), ddem.ModelError)
     assert '`{"local": number}`' in message
+    model = cube(gravity=(0, 0, -9.81), contact=False)
+    model.contact(friction=20)
+    with pytest.warns(UserWarning) as caught:
+        model.build()
+    texts = [str(warning.message) for warning in caught]
+    assert any("`Model.fix` or `Model.boundary` supports it" in text for text in texts), texts
+    assert any("`contact=False` in `Model(...)`" in text for text in texts), texts
+    assert not any("[[" in text or "[contact]" in text for text in texts), texts
+
+
+def test_advice_on_initial_stress_is_python() -> None:
+    model = cube()
+    model.initial(stress=(-1e6, -1e6, -1e6, 0, 0, 0))
+    with pytest.warns(UserWarning, match="put in") as caught:
+        model.build()
+    advice = [str(w.message).split("put in\n")[1].strip() for w in caught if "put in\n" in str(w.message)]
+    for line in advice:
+        assert line.startswith("model."), line
+        exec(line, {"model": model})
+    assert advice
+    model.build()
 
 
 def test_single_joint_name_is_not_split_into_letters() -> None:

@@ -60,6 +60,9 @@ def test_misspelt_stage_name_warns() -> None:
     message = warned(lambda: simulation.run(1e-5, name="psuh", quiet=True))
     assert any(text.endswith("[unknown-stage]") and "`push`" in text for text in message)
     assert warned(lambda: simulation.run(1e-5, name="shake", quiet=True)) == []
+    # The stage has begun: a name like it is another name for the results.
+    simulation.enter("push")
+    assert warned(lambda: simulation.run(1e-5, name="push2", quiet=True)) == []
 
 
 def test_call_without_name_enters_no_stage() -> None:

@@ -24,11 +24,11 @@ pub(super) fn deep_penetration(driven: Option<(usize, usize)>, relaxes: bool) ->
         ),
         None if relaxes => {
             "the contact is too soft for the weight on it: increase `normal_stiffness` \
-                            in [contact]; use a dynamic stage for blocks that nothing supports"
+                            in `[contact]`; use a dynamic stage for blocks that nothing supports"
                 .to_owned()
         }
         None => "the contact is too soft to stop a block as fast or as heavy: increase \
-                 `normal_stiffness` in [contact]"
+                 `normal_stiffness` in `[contact]`"
             .to_owned(),
     }
 }

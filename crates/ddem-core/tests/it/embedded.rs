@@ -56,7 +56,7 @@ fn unknown_set_in_node_selection_is_refused() {
     let refused = |region: &Where| region.nodes(&model).expect_err("a fault").to_string();
     assert_eq!(
         refused(&set("pyle")),
-        "where.set: there is no set named `pyle` (did you mean `pile`? sets of this deck: `pile`) \
+        "where.set: there is no set named `pyle` (did you mean `pile`? sets of this model: `pile`) \
          [unknown-name]"
     );
     let unread = FileOf { path: "ore.stl".into(), ..FileOf::default() };

@@ -54,9 +54,9 @@ fn fault(
 /// Advice on supports or joints that may be missing.
 fn help(deck: &Deck, geometry: &Geometry) -> String {
     let advice = if deck.boundary.is_empty() {
-        "hold that motion with [[fix]], or make the stage dynamic"
+        "hold that motion with `[[fix]]`, or make the stage dynamic"
     } else {
-        "a [[boundary]] holds nothing at rest: hold that motion with [[fix]], `until` the stage from \
+        "a `[[boundary]]` holds nothing at rest: hold that motion with `[[fix]]`, `until` the stage from \
          which the boundary is there; it keeps the reaction of the fix"
     };
     let gaps = gaps(deck, geometry).into_iter().map(|gap| gap.message);

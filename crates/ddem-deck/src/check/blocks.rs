@@ -11,7 +11,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
         faults.add_help(
             ErrorCode::EmptyModel,
             "blocks",
-            "the deck has no blocks",
+            "the model has no blocks",
             "`[[blocks]]` with `size` and `material` makes a set of blocks",
         );
     }
@@ -46,13 +46,13 @@ fn material(deck: &Deck, place: String, name: &str, faults: &mut Faults) {
     // A deck without materials has one fault that says so, not one for each name.
     if !deck.materials.is_empty() {
         let known = deck.materials.keys().map(String::as_str);
-        faults.reference(place, name, known, ("material", "[materials.NAME]"));
+        faults.reference(place, name, known, ("material", "`[materials.NAME]`"));
     }
 }
 
 fn joint(deck: &Deck, place: String, name: &str, faults: &mut Faults) {
     let known = deck.joints.keys().map(String::as_str);
-    faults.reference(place, name, known, ("joint", "[joints.NAME]"));
+    faults.reference(place, name, known, ("joint", "`[joints.NAME]`"));
 }
 
 /// Cuts along the edge `k`, if they are given.

@@ -48,7 +48,7 @@ pub(super) fn force_time(
     let stages = || deck.stage.iter().map(|stage| stage.name.as_str());
     for (key, name) in [("from", from), ("until", until)] {
         if let Some(name) = name {
-            faults.reference(format!("{at}.{key}"), name, stages(), ("stage", "[[stage]]"));
+            faults.reference(format!("{at}.{key}"), name, stages(), ("stage", "`[[stage]]`"));
         }
     }
     let index = |name: &str| stages().position(|stage| stage == name);
@@ -181,7 +181,7 @@ fn boundary(at: &str, boundary: &Boundary, faults: &mut Faults) {
                 format!("{at}.velocity"),
                 "`velocity` cannot be combined with `kind = \"free-field\"`",
                 "the wave comes in through the base, a boundary of kind \"viscous\" or a driven \
-                 [[fix]]; the sides follow",
+                 `[[fix]]`; the sides follow",
             );
         }
     } else if boundary.history.is_some() {

@@ -12,7 +12,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
         faults.add_help(
             ErrorCode::EmptyModel,
             "materials",
-            "the deck has no materials",
+            "the model has no materials",
             "`[materials.rock]` with `density`, `young` and `poisson` makes one",
         );
     }
@@ -21,7 +21,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
             faults.add(
                 ErrorCode::TooLarge,
                 section,
-                format!("the deck has {number} {section}: {MOST} are the most"),
+                format!("the model has {number} {section}: {MOST} are the most"),
             );
         }
     }
@@ -62,7 +62,7 @@ fn stiffness(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
     if let Some(material) = joint.material.as_deref().filter(|_| !deck.materials.is_empty()) {
         let known = deck.materials.keys().map(String::as_str);
         let place = format!("{at}.material");
-        faults.reference(place, material, known, ("material", "[materials.NAME]"));
+        faults.reference(place, material, known, ("material", "`[materials.NAME]`"));
     }
 
     let alternatives = "a joint has exactly one of: `material`; `density`, `young` and `poisson`; \

@@ -69,11 +69,11 @@ fn in_sets<'a>(
             format!("{at}.set"),
             set,
             sets.flatten(),
-            ("set", "name = …` in `[[blocks]]"),
+            ("set", "`name = …` in `[[blocks]]`"),
         );
     } else if region.side.is_some() && sets.len() > 1 {
         let sets = sets.len();
-        let message = format!("`side` needs `set`: the deck has {sets} sets");
+        let message = format!("`side` needs `set`: the model has {sets} sets");
         faults.add_help(ErrorCode::MissingKey, format!("{at}.side"), message, "add `set = …`");
     }
 }
@@ -111,7 +111,7 @@ fn round(at: &str, region: &Where, faults: &mut Faults) {
             .map(|(key, end)| faults.finite(format!("{at}.cylinder.{key}"), &end).then_some(end));
         faults.number(format!("{at}.cylinder.radius"), cylinder.radius, Rule::AboveZero);
         if from.is_some() && from == to {
-            let message = "the cylinder has no length: `to` is `from`";
+            let message = "the cylinder has no length: its two ends are one point";
             faults.add_help(
                 ErrorCode::InvalidGeometry,
                 format!("{at}.cylinder.to"),

@@ -4,6 +4,7 @@ use super::region::RegionKind;
 use super::{Faults, NameFaults, Rule};
 use crate::schema::{
     BlockSet, Body, Deck, Joint, Probe, Quantity, SafetySearch, Stage, StageKind, TimeStep, Where,
+    kinds, names, stage_keys,
 };
 use ddem_core::{ErrorCode, Fault};
 
@@ -89,43 +90,20 @@ fn numbers(at: &str, stage: &Stage, faults: &mut Faults) {
 
 /// Adds faults of keys that only other kinds of stages have.
 fn other_kind(at: &str, stage: &Stage, faults: &mut Faults) {
-    use StageKind::{Dynamic, Relax, Safety};
-    let keys: [(&str, bool, &[StageKind]); 15] = [
-        ("tolerance", stage.tolerance.is_some(), &[Relax, Safety]),
-        ("max_steps", stage.max_steps.is_some(), &[Relax, Safety]),
-        ("increments", stage.increments.is_some(), &[Relax]),
-        ("on_failure", stage.on_failure.is_some(), &[Relax, Dynamic]),
-        ("bracket", stage.bracket.is_some(), &[Safety]),
-        ("resolution", stage.resolution.is_some(), &[Safety]),
-        ("joints", stage.joints.is_some(), &[Safety]),
-        ("limit", stage.limit.is_some(), &[Safety]),
-        ("duration", stage.duration.is_some(), &[Dynamic]),
-        ("until_rest", stage.until_rest.is_some(), &[Dynamic]),
-        ("damping", stage.damping.is_some(), &[Dynamic]),
-        ("time_step", stage.time_step.is_some(), &[Dynamic]),
-        ("fields_every", stage.fields_every.is_some(), &[Dynamic]),
-        ("frames", stage.frames.is_some(), &[Dynamic]),
-        ("name", true, &[Relax, Dynamic, Safety]),
-    ];
+    // Keys that are not given are not written.
+    let written = serde_json::to_value(stage).unwrap_or_default();
     let word = |kind: StageKind| match kind {
-        Relax => "relax",
-        Dynamic => "dynamic",
-        Safety => "safety",
+        StageKind::Relax => "relax",
+        StageKind::Dynamic => "dynamic",
+        StageKind::Safety => "safety",
     };
-    let own = keys.iter().filter(|(key, _, kinds)| *key != "name" && kinds.contains(&stage.kind));
-    let own: Vec<String> = own.map(|(key, ..)| format!("`{key}`")).collect();
-    let help = format!("a {} stage has {}", word(stage.kind), own.join(", "));
-    for (key, given, kinds) in keys {
-        if given && !kinds.contains(&stage.kind) {
-            let kinds: Vec<&str> = kinds.iter().map(|&kind| word(kind)).collect();
-            let message = format!("`{key}` is a key of {} stages", kinds.join(" and "));
-            faults.add_help(
-                ErrorCode::IneffectiveKey,
-                format!("{at}.{key}"),
-                message,
-                help.clone(),
-            );
-        }
+    for key in written.as_object().into_iter().flat_map(|keys| keys.keys()) {
+        let Some(kinds) = kinds(key).filter(|kinds| !kinds.contains(&stage.kind)) else { continue };
+        let kinds: Vec<&str> = kinds.into_iter().map(word).collect();
+        let message = format!("`{key}` is a key of {} stages", kinds.join(" and "));
+        let own = names::list(stage_keys(stage.kind));
+        let help = format!("a {} stage has {own}", word(stage.kind));
+        faults.add_help(ErrorCode::IneffectiveKey, format!("{at}.{key}"), message, help);
     }
 }
 
@@ -138,7 +116,7 @@ impl Deck {
         let mut faults = Faults(search.check(&known));
         for name in search.joints.iter().flatten() {
             let known = self.joints.keys().map(String::as_str);
-            faults.reference("joints", name, known, ("joint", "[joints.seam]"));
+            faults.reference("joints", name, known, ("joint", "`[joints.seam]`"));
         }
         faults.0
     }
@@ -174,7 +152,7 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
         faults.add_help(
             ErrorCode::NotSupported,
             format!("{at}.quantity"),
-            "there is no reaction to record: the deck has no `[[fix]]`",
+            "there is no reaction to record: the model has no `[[fix]]`",
             "a reaction is the sum of the forces of supports",
         );
     }

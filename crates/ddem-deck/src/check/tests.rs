@@ -307,6 +307,6 @@ fn nearest_name_is_suggested() {
     deck.blocks[0].material = "rocks".into();
     let faults = check(&deck);
     assert_eq!(faults[0].message, "there is no material named `rocks`");
-    let help = "did you mean `rock`? materials of this deck: `rock`";
+    let help = "did you mean `rock`? materials of this model: `rock`";
     assert_eq!(faults[0].help.as_deref(), Some(help));
 }

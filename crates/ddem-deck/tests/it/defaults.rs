@@ -1,6 +1,8 @@
 //! Defaults: those that the texts of the schema state, those of the schema, and those that an
 //! omitted key has.
 
+use std::path::Path;
+
 use ddem_core::Simulation;
 use ddem_deck::{BuiltDeck, Deck, Probe, Stage, from_table, json_schema};
 use serde_json::{Value, json};
@@ -351,4 +353,22 @@ fn defaults_that_follow_from_other_keys() {
 
     assert_eq!(stated("Probe", "every"), "a thousandth of the stage");
     assert_eq!(Probe::SAMPLES, 1000);
+}
+
+#[test]
+fn only_the_schema_has_numbers_for_omitted_keys() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut paths = Vec::new();
+    for folder in ["ddem-deck/src", "ddem-io/src", "ddem-py/src"] {
+        crate::notation::sources(&root.join(folder), &mut paths);
+    }
+    for path in paths {
+        let source = std::fs::read_to_string(&path).unwrap();
+        for default in defaults().iter().filter(|default| default.value().is_some()) {
+            let own = [".unwrap_or(", ".map_or("].map(|or| format!(".{}{or}", default.key));
+            let given = own.iter().flat_map(|own| source.split(own.as_str()).skip(1));
+            let literal = |after: &str| after.starts_with(|c: char| c.is_ascii_digit() || c == '[');
+            assert!(!given.into_iter().any(literal), "{}: {own:?}", path.display());
+        }
+    }
 }

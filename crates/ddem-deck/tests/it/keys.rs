@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
+use crate::python;
+
 /// Key of a table, from its description in the schema.
 struct Key {
     name: String,
@@ -42,10 +44,11 @@ impl Key {
     /// The key in a stage of one kind, without the kinds that have it. `None` if that kind does
     /// not have it.
     fn of_kind(self, kind: &str) -> Option<Self> {
-        let (kinds, meaning) = self.meaning.split_once(": ")?;
-        if !kinds.split(", ").any(|own| own == kind) {
+        let stages = serde_json::from_value(kind.into()).unwrap();
+        if !ddem_deck::stage_keys(stages).contains(&self.name.as_str()) {
             return None;
         }
+        let (_, meaning) = self.meaning.split_once(": ")?;
         let needed = self.default == format!("– in {kind} stages");
         let ends = if kind == "safety" { "a trial" } else { "the stage" };
         let meaning = meaning.replace("the stage, or a trial,", ends);
@@ -67,7 +70,7 @@ impl Key {
     }
 
     fn python_name(&self) -> &str {
-        if self.name == "from" { "from_" } else { &self.name }
+        python::argument(&self.name)
     }
 
     /// Parameter of a docstring.
@@ -83,7 +86,7 @@ impl Key {
         let optional = if self.optional { ", optional" } else { "" };
         let text = in_python(&format!("{meaning}{unit}{default}."));
         let head = if self.name == "where" {
-            format!("{} : optional", WHERE.join(", "))
+            format!("{} : optional", ddem_deck::keys("Where").join(", "))
         } else {
             format!("{} : {}{optional}", self.python_name(), self.words())
         };
@@ -175,24 +178,6 @@ impl Key {
     }
 }
 
-/// Keys of `where`, which are arguments in Python.
-const WHERE: [&str; 14] = [
-    "x",
-    "y",
-    "z",
-    "sphere",
-    "cylinder",
-    "plane",
-    "above",
-    "below",
-    "inside",
-    "side",
-    "dip",
-    "dip_direction",
-    "within",
-    "set",
-];
-
 /// Name of the definition that a schema refers to.
 fn reference(schema: &Value) -> Option<&str> {
     let target = schema["$ref"].as_str().or_else(|| schema["anyOf"][0]["$ref"].as_str())?;
@@ -253,24 +238,15 @@ fn keys_of(words: &str) -> Vec<Key> {
     own
 }
 
-/// Text about a deck in Python notation.
+/// Text about a deck in the notation of docstrings.
 fn in_python(text: &str) -> String {
-    let mut out = text.replace("`true`", "True").replace("`false`", "False");
-    out = out
-        .replace("`\"none\"`, or one of", "`\"none\"`, a damping ratio, or one of")
-        .replace("`[[charge]]`", "charge")
-        .replace("`[[remove]]`", "remove")
-        .replace("`from`", "`from_`");
-    let mut parts: Vec<String> = out.split('`').map(str::to_owned).collect();
-    for code in parts.iter_mut().skip(1).step_by(2) {
-        for key in ["x", "y", "z", "ratio", "topography"] {
-            *code = code.replace(&format!("{key} = "), &format!("\"{key}\": "));
-        }
-        if code.starts_with('{') {
-            *code = format!("`{}`", code.replace("{ ", "{").replace(" }", "}"));
-        }
-    }
-    parts.join("`")
+    let text = text.replace("`\"none\"`, or one of", "`\"none\"`, a damping ratio, or one of");
+    let parts = python::text(&text);
+    let parts = parts.split('`').enumerate().map(|(i, part)| {
+        // In braces a single pair of backticks is a link.
+        if i % 2 == 1 && part.starts_with('{') { format!("`{part}`") } else { part.to_owned() }
+    });
+    parts.collect::<Vec<_>>().join("`")
 }
 
 /// Paragraph of a docstring, indented.
@@ -406,4 +382,15 @@ fn python_docstrings_match_schema() {
     ] {
         file(table, &keys(table), "\n");
     }
+}
+
+/// Every key of a stage says which kinds of stages have it.
+#[test]
+fn keys_of_stages_name_their_kinds() {
+    use ddem_deck::{StageKind, stage_keys};
+    let kinds = [StageKind::Relax, StageKind::Dynamic, StageKind::Safety];
+    for key in ddem_deck::keys("Stage").iter().filter(|key| !["name", "kind"].contains(key)) {
+        assert!(kinds.iter().any(|&kind| stage_keys(kind).contains(key)), "`{key}` names no kind");
+    }
+    assert!(stage_keys(StageKind::Safety).contains(&"tolerance"));
 }

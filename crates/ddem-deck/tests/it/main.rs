@@ -10,6 +10,7 @@ mod files;
 mod good_decks;
 mod keys;
 mod lint;
+mod notation;
 mod regions;
 mod selection;
 mod sets;
@@ -22,6 +23,10 @@ mod cavities;
 #[allow(dead_code)]
 #[path = "../../../ddem-core/tests/it/decks.rs"]
 mod decks;
+
+// Notation of the Python module, whose docstrings the tests write.
+#[path = "../../../ddem-py/src/notation.rs"]
+mod python;
 
 /// Deck with every key of this version.
 const GOOD: &str = include_str!("decks/good.toml");

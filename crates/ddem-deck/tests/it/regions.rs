@@ -364,7 +364,7 @@ fn side_selects_blocks_nodes_and_faces() {
     assert_eq!(of("b").nodes(&model).unwrap(), at(13.0).nodes(&model).unwrap());
     refused(
         &remove(two, side(Side::HighX)),
-        &["remove[0].where.side", "`side` needs `set`: the deck has 2 sets", "set = …"],
+        &["remove[0].where.side", "`side` needs `set`: the model has 2 sets", "set = …"],
     );
 }
 

@@ -259,14 +259,19 @@ fn begin(
         Some(_) => {}
         None if stage.name.is_empty() => {}
         None => {
-            let names = stages.iter().map(|own| own.name.as_str());
+            // Any name is allowed, for the results. It may be a mistake if the stage with nearly
+            // this name has not begun.
+            let later = stages.iter().skip(simulation.stage() + 1);
+            let names = later.map(|own| own.name.as_str());
             if let Some(near) = ddem_deck::names::nearest(&stage.name, names) {
                 let message = format!(
                     "the model has a stage `{near}`, but none named `{}`: its supports and loads do not come \
                      into force",
                     stage.name
                 );
-                warnings.push(Diagnostic::warning(Code::UnknownStage, "stage", message));
+                let warning = Diagnostic::warning(Code::UnknownStage, "name", message)
+                    .help(format!("did you mean `{near}`?"));
+                warnings.push(warning);
             }
         }
     }

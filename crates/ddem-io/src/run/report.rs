@@ -125,8 +125,8 @@ pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
 pub(super) fn prepare(deck: &Deck, source: &Source, available: u64) -> Result<Built, RunFailure> {
     // Mistakes in existing tables are reported first.
     if deck.stage.is_empty() && ddem_deck::check(deck).is_empty() {
-        let fault = Fault::new(ErrorCode::EmptyModel, "stage", "the deck has no stage")
-            .help("add a [[stage]] with kind = \"relax\" or \"dynamic\"");
+        let fault = Fault::new(ErrorCode::EmptyModel, "stage", "the model has no stage")
+            .help("add a `[[stage]]` with `kind = \"relax\"` or `kind = \"dynamic\"`");
         return Err(located(ModelError::from(fault).into(), source));
     }
     let built = build(deck, available).and_then(|built| {

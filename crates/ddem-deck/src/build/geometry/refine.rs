@@ -72,7 +72,7 @@ pub(super) fn refine(
             );
             return Ok(Some(
                 Fault::new(ErrorCode::MissingKey, format!("refine[{index}]"), message)
-                    .help("name it with `joint` in that [[blocks]]"),
+                    .help("name it with `joint` in that `[[blocks]]`"),
             ));
         }
         let mut finer = split(&lattices[at], cells, factor as usize);
