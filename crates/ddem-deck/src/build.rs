@@ -3,6 +3,7 @@
 mod boundaries;
 mod charge;
 mod conditions;
+mod default_friction;
 mod faces;
 mod geometry;
 mod mechanism;

@@ -27,6 +27,7 @@ ddem_core::codes! {
     BlocksInCavity "blocks-in-cavity" "Blocks of another set stand inside the cavity of a charge."
     CavityChanged "cavity-changed" "The volume of a cavity changed by more than 10 % before its charge detonated."
     ContactWithoutEffect "contact-without-effect" "`[contact]` has keys, but no contacts are searched for."
+    DefaultFriction "default-friction" "Two sets touch without a joint and have the default friction, although one names a joint."
     DividedCavity "divided-cavity" "A cavity borders on, or continues among, blocks that `[[refine]]` splits in another way."
     EmptySet "empty-set" "`[[remove]]` removes all blocks of a set."
     EnergyImbalance "energy-imbalance" "The energy balance of a stage is off by more than 1 % of the largest energy."

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 use ddem_mechanics::element::{Elastic, ElementKind};
 use ddem_mechanics::law::{JointLaw, SpringStiffness};
 
+/// Friction angle of contacts if neither the deck nor a joint gives one `[degrees]`.
+pub const FRICTION: f64 = 30.0;
 /// Default damping of contacts as a fraction of critical.
 pub const DAMPING: f64 = 0.2;
 

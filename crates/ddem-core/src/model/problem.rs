@@ -25,7 +25,7 @@ pub use ddem_mechanics::collide::FaceId;
 pub use ddem_mesh::grid::overlapping_pairs;
 pub use ddem_mesh::in_situ::Stress;
 pub use ddem_mesh::properties::{
-    ContactProperties, DAMPING, JointElasticity, JointProperties, Properties,
+    ContactProperties, DAMPING, FRICTION, JointElasticity, JointProperties, Properties,
 };
 pub use ddem_mesh::{
     Block, BlockFace, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES, MeshBlock,

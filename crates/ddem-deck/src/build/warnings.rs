@@ -25,6 +25,7 @@ impl BuiltDeck {
         warnings.extend(self.loads_at_rest(model));
         warnings.extend(self.empty_sets());
         warnings.extend(gaps(&self.deck, model.geometry()));
+        warnings.extend(super::default_friction::warnings(&self.deck, model.geometry()));
         warnings.extend(self.unbalanced_stress(model));
         warnings.extend(self.unbalanced_weight(model));
         warnings.extend(held_joints(model));

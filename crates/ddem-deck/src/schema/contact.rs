@@ -20,7 +20,8 @@ pub struct ContactTable {
     /// Shear stiffness of all contacts, above 0 `[Pa/m]`; default that of the two faces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shear_stiffness: Option<f64>,
-    /// Friction angle of all contacts, in [0, 90) `[degrees]`; default that of the two faces.
+    /// Friction angle of all contacts, in [0, 90) `[degrees]`; default that of the two faces,
+    /// 30 if neither has one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
     /// Damping of contacts, failed pairs and the blocks around them as a fraction of critical, from

@@ -199,6 +199,7 @@ fn broken() -> Vec<String> {
         deck("[contact]\nnormal_stiffness = 1e5\n"),
         text(&[("gravity = [0, 0, -10]", "contact = false")], "[contact]\nfriction = 20\n"),
         text(&[("gravity = [0, 0, -10]", "contact = false")], BESIDE),
+        deck(BESIDE),
         deck(&BESIDE.replace("[3, 0, 0]", "[3.01, 0, 0]")),
         text(
             &[("cohesion = 1e5", "cohesion = 1e5\nthickness = 0.02")],

@@ -174,6 +174,50 @@ fn touching_sets_without_contacts_warn() {
 }
 
 #[test]
+fn default_friction_beside_a_joint_with_another_warns() {
+    let mut deck = row_and_top([0.0, 0.0, 1.0], 0.0);
+    let springs = Joint {
+        normal_stiffness: Some(1e10),
+        shear_stiffness: Some(1e10),
+        friction: Some(35.0),
+        ..Joint::default()
+    };
+    deck.joints.insert("seam".into(), springs);
+    (deck.blocks[1].count, deck.blocks[1].joint) = (None, None);
+    let of = |deck: &Deck| crate::decks::warnings(deck).join("\n");
+    let text = of(&deck);
+    let angles = "the default friction angle of 30 degrees, not the 35 degrees of joint `seam`";
+    assert!(text.starts_with("contact.friction: sets `row` and `top` touch over"), "{text}");
+    assert!(text.contains(angles) && text.ends_with("[default-friction]"), "{text}");
+    // The angle after failure counts.
+    let mut weak = deck.clone();
+    weak.joints.get_mut("seam").unwrap().residual_friction = Some(20.0);
+    assert!(of(&weak).contains("not the 20 degrees of joint `seam`"));
+    let silent: [&dyn Fn(&mut Deck); 4] = [
+        &|deck| deck.contact.friction = Some(25.0),
+        &|deck| deck.joints.get_mut("seam").unwrap().friction = Some(30.0),
+        &|deck| deck.joints.get_mut("seam").unwrap().friction = None,
+        &|deck| deck.blocks[1].joint = deck.blocks[0].joint.clone(),
+    ];
+    for change in silent {
+        let mut deck = deck.clone();
+        change(&mut deck);
+        assert_eq!(of(&deck), "");
+    }
+    // A block that is joined to the same face gives the face the friction of their joint.
+    deck.blocks[1].size = Some([0.5, 1.0, 1.0]);
+    let beside = BlockSet {
+        name: Some("beside".into()),
+        origin: [0.5, 0.0, 1.0],
+        joint: deck.blocks[0].joint.clone(),
+        ..deck.blocks[1].clone()
+    };
+    deck.blocks.push(beside);
+    let text = of(&deck);
+    assert!(!text.contains("`row` and `top`") && text.contains("`beside` and `top`"), "{text}");
+}
+
+#[test]
 fn contact_keys_without_search_warn() {
     let mut deck = deck([2, 1, 1], [2.0, 1.0, 1.0], 1, 0.01);
     deck.contact.friction = Some(20.0);

@@ -10,11 +10,8 @@ use super::{Contacts, Patch};
 use ddem_mechanics::collide::{EdgeId, FaceId};
 use ddem_mechanics::law::{Laws, SpringStiffness};
 use ddem_mesh::joint_sections::VibratingMass;
-use ddem_mesh::properties::{JointProperties, Properties};
+use ddem_mesh::properties::{FRICTION, JointProperties, Properties};
 use ddem_mesh::{Geometry, NonconformingFace};
-
-/// Friction angle if neither the deck nor a joint gives one `[degrees]`.
-const FRICTION: f64 = 30.0;
 
 /// Contact properties of one face of a block.
 #[derive(Clone, Copy, Debug, PartialEq)]

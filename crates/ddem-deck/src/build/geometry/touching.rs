@@ -134,19 +134,26 @@ impl TouchingFaces<'_> {
 
     /// Pairs of blocks of two sets whose faces touch without a joint between them.
     pub(in crate::build) fn unjoined(&self) -> Vec<[u32; 2]> {
+        let faces = self.unjoined_faces().into_iter();
+        faces.map(|faces| faces.map(|face| face.block as u32)).collect()
+    }
+
+    /// Faces of two sets that touch without a joint between their blocks, one pair for each two
+    /// blocks.
+    pub(in crate::build) fn unjoined_faces(&self) -> Vec<[BlockFace; 2]> {
         let joined: BTreeSet<[u32; 2]> =
             self.0.joined().map(|joint_pair| joint_pair.blocks).collect();
-        let alone = |blocks: &[u32; 2]| {
+        let alone = |blocks: [u32; 2]| {
             let indices = blocks.map(|block| block as usize);
-            let touch = |faces: [BlockFace; 2]| {
-                let rest_faces = self.0.opposed(faces)?;
-                self.0.face_overlap(indices, &rest_faces, [0.0; 2])
+            let touch = |faces: &[BlockFace; 2]| {
+                let overlap = |rest_faces| self.0.face_overlap(indices, &rest_faces, [0.0; 2]);
+                self.0.opposed(*faces).and_then(overlap).is_some()
             };
-            self.0.set(indices[0]) != self.0.set(indices[1])
-                && !joined.contains(blocks)
-                && BlockFace::pairs(indices).any(|faces| touch(faces).is_some())
+            let other = self.0.set(indices[0]) != self.0.set(indices[1]);
+            (other && !joined.contains(&blocks)).then_some(())?;
+            BlockFace::pairs(indices).find(touch)
         };
-        self.near(0.0).into_iter().filter(alone).collect()
+        self.near(0.0).into_iter().filter_map(alone).collect()
     }
 
     /// Pairs of blocks of two sets whose faces are opposite each other across a gap, and the gap
