@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::pack::{NodePair, Pack, Packs};
+use crate::numbering::NodePair;
+use crate::pack::{Pack, Packs};
 use crate::properties::Properties;
 use crate::{Geometry, NO_JOINT};
 use ddem_mechanics::element::Elastic;

@@ -28,6 +28,7 @@ pub mod inertia;
 pub mod joint_sections;
 mod lattice;
 mod nonconforming;
+pub mod numbering;
 pub mod pack;
 mod pages;
 pub mod parallel;

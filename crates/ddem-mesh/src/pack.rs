@@ -9,195 +9,107 @@
 //! | cells | face joint, n×n×1 | strip, n×1×1 | corner, 1×1×1 |
 //! | blocks | 2 | 4 | 8 |
 //!
-//! The forces of these cells on the upper neighbours go to the pack's *shares*: one entry for each
-//! touched node of a neighbour, and one for its torque. The neighbours collect them later. Every
+//! The forces of these cells on the upper neighbours go to the pack's *neighbour forces*: one entry
+//! for each touched node of a neighbour, and one for its torque. The neighbours collect them later. Every
 //! number is therefore written by one task and summed in one order.
 
 use std::sync::Arc;
 
-use crate::{Geometry, Lattice, moved_to};
-use ddem_mechanics::math::lanes::LANES;
+use crate::numbering::BlockNumbering;
+use crate::{Geometry, Lattice};
+use ddem_mechanics::math::lanes::{LANES, Lanes, splat};
+use fearless_simd::{Simd, SimdBase, mask64x4};
 
 /// Marker for a lane without a neighbour.
 const NOBODY: u32 = u32::MAX;
 
-/// Node of a joint lattice: its block (offset bits) and its indices there.
-#[derive(Clone, Copy, Debug)]
-pub struct JointNode {
-    /// Offset bits of the block: 0 is the owner.
-    pub offset: usize,
-    /// Local node number in that block.
-    pub local: usize,
-    /// Index in the owner's neighbour forces; without meaning for the owner's own nodes.
-    pub neighbour_force: usize,
-}
-
-/// Two facing nodes of a face joint.
-#[derive(Clone, Copy, Debug)]
-pub struct NodePair {
-    /// Indices of the nodes on sides a and b in the joint lattice.
-    pub sides: [usize; 2],
-    /// Elements of the joint lattice that contain the pair; only the first `count` are valid.
-    elements: [u32; 4],
-    count: u8,
-}
-
-impl NodePair {
-    /// Elements of the joint lattice that contain the pair.
-    #[inline(always)]
-    pub fn elements(&self) -> impl ExactSizeIterator<Item = usize> + use<> {
-        self.elements.into_iter().take(self.count as usize).map(|e| e as usize)
-    }
-
-    /// Inverse of the number of those elements.
-    #[inline(always)]
-    pub fn share(&self) -> f64 {
-        1.0 / f64::from(self.count)
-    }
-}
-
-/// Node numbering of blocks with n divisions, and of the joint cells around them.
-#[derive(Clone, Debug)]
-pub struct BlockNumbering {
-    /// Elements along each edge.
-    pub divisions: usize,
-    /// Nodes of a block.
-    pub nodes: usize,
-    /// Nodes of each joint lattice, x fastest, by offset 1…7 (0 unused).
-    pub joints: [Vec<JointNode>; 8],
-    /// Pairs of the face joints by direction; the next direction, cyclically, runs fastest.
-    pub pairs: [Vec<NodePair>; 3],
-    /// Local node numbers of the upper neighbour at each offset, in the order of its shares.
-    pub touched: [Vec<usize>; 8],
-    /// Index of the first share of each offset.
-    pub neighbour_force_start: [usize; 8],
-    /// Number of shares: one for each touched node, then seven torques.
-    pub(super) neighbour_forces: usize,
-}
-
-impl BlockNumbering {
-    /// Numbering for a number of elements along each edge.
-    pub fn new(divisions: usize) -> Self {
-        let n = divisions + 1;
-        let local = |at: [usize; 3]| at[0] + n * (at[1] + n * at[2]);
-        // Nodes of a grid with `thick` lines along directions in `flat`, and n along the others.
-        let grid = |flat: usize, thick: usize| {
-            let m = [0, 1, 2].map(|d| if flat & (1 << d) == 0 { n } else { thick });
-            (0..m[2])
-                .flat_map(move |z| (0..m[1]).flat_map(move |y| (0..m[0]).map(move |x| [x, y, z])))
-        };
-        let touched: [Vec<usize>; 8] = std::array::from_fn(|offset| {
-            if offset == 0 { Vec::new() } else { grid(offset, 1).map(local).collect() }
-        });
-        let mut neighbour_force_start = [0; 8];
-        for offset in 1..8 {
-            neighbour_force_start[offset] =
-                neighbour_force_start[offset - 1] + touched[offset - 1].len();
-        }
-        let torques = neighbour_force_start[7] + touched[7].len();
-        let joint_node = |lattice: usize, at: [usize; 3]| {
-            // Along the offset's directions, line 0 is the owner's last one and line 1 the
-            // neighbour's first.
-            let crossed = (0..3).filter(|&d| lattice & (1 << d) != 0);
-            let offset = crossed.filter(|&d| at[d] == 1).map(|d| 1 << d).sum::<usize>();
-            let on_block = [0, 1, 2].map(|d| match (lattice & (1 << d), at[d]) {
-                (0, i) => i,
-                (_, 0) => divisions,
-                _ => 0,
-            });
-            // Shares are in the order of the neighbour's grid, which is flat along its offset.
-            let [mx, my, _] = [0, 1, 2].map(|d| if offset & (1 << d) == 0 { n } else { 1 });
-            let place = on_block[0] + mx * (on_block[1] + my * on_block[2]);
-            JointNode {
-                offset,
-                local: local(on_block),
-                neighbour_force: neighbour_force_start[offset] + place,
-            }
-        };
-        let joints = std::array::from_fn(|lattice| {
-            if lattice == 0 {
-                return Vec::new();
-            }
-            grid(lattice, 2).map(|at| joint_node(lattice, at)).collect()
-        });
-        let nodes = n * n * n;
-        let pairs = [0, 1, 2].map(|d| pair_places(divisions, d));
-        Self {
-            divisions,
-            nodes,
-            joints,
-            pairs,
-            touched,
-            neighbour_force_start,
-            neighbour_forces: torques + 7,
-        }
-    }
-
-    /// Elements of a joint lattice along the three edges; offset 0 is the block itself.
-    pub fn dims(&self, offset: usize) -> [usize; 3] {
-        [0, 1, 2].map(|d| if offset & (1 << d) == 0 { self.divisions } else { 1 })
-    }
-
-    /// Index of the torque for an upper neighbour in the shares.
-    pub fn torque(&self, offset: usize) -> usize {
-        self.neighbour_forces - 8 + offset
-    }
-}
-
-fn pair_places(divisions: usize, d: usize) -> Vec<NodePair> {
-    let [e, f] = [(d + 1) % 3, (d + 2) % 3];
-    let dims = [0, 1, 2].map(|axis| if axis == d { 1 } else { divisions });
-    let node = |at: [usize; 3]| at[0] + (dims[0] + 1) * (at[1] + (dims[1] + 1) * at[2]);
-    let element = |at: [usize; 3]| at[0] + dims[0] * (at[1] + dims[1] * at[2]);
-    let place = |i: usize, k: usize| {
-        let on_face = |i, k| moved_to(moved_to([0; 3], e, i), f, k);
-        let at = on_face(i, k);
-        let (mut elements, mut count) = ([0; 4], 0);
-        for (i, k) in [(i, k), (i + 1, k), (i, k + 1), (i + 1, k + 1)] {
-            // Element above the lines i − 1 and k − 1.
-            if (1..=divisions).contains(&i) && (1..=divisions).contains(&k) {
-                elements[count] = element(on_face(i - 1, k - 1)) as u32;
-                count += 1;
-            }
-        }
-        NodePair { sides: [node(at), node(moved_to(at, d, 1))], elements, count: count as u8 }
-    };
-    let lines = 0..=divisions;
-    lines
-        .clone()
-        .flat_map(|k| lines.clone().map(move |i| (i, k)))
-        .map(|(i, k)| place(i, k))
-        .collect()
-}
-
 /// Neighbours at one offset: pack and lane for each lane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Neighbours([u32; LANES]);
+pub struct Neighbours {
+    slots: [u32; LANES],
+    in_order: Option<LaneRun>,
+}
+
+/// Four lanes in order, from one pack or from two that follow each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaneRun {
+    /// Packs of the first and the last lane. A pack without any of the lanes is replaced by the
+    /// other one.
+    packs: [u32; 2],
+    /// Lane of the first pack with which the run begins.
+    pub shift: u8,
+    /// Lanes that have a neighbour.
+    pub present: [bool; LANES],
+}
+
+impl LaneRun {
+    /// All lanes of a pack.
+    pub fn of(pack: usize) -> Self {
+        Self { packs: [pack as u32; 2], shift: 0, present: [true; LANES] }
+    }
+
+    /// Packs of the first and the last lane.
+    #[inline(always)]
+    pub fn packs(&self) -> [usize; 2] {
+        self.packs.map(|pack| pack as usize)
+    }
+
+    /// True in the lanes that have a neighbour.
+    #[inline(always)]
+    pub fn mask<S: Simd>(&self, simd: S) -> mask64x4<S> {
+        let present = Lanes(self.present.map(|present| f64::from(u8::from(present))));
+        present.load(simd).simd_gt(splat(simd, 0.0))
+    }
+
+    /// Run of which `slots` are those present, if they follow each other.
+    fn new(slots: [u32; LANES]) -> Option<Self> {
+        let lanes = LANES as i64;
+        let first = |lane: usize| i64::from(slots[lane]) - lane as i64;
+        let mut present = (0..LANES).filter(|&lane| slots[lane] != NOBODY);
+        let start = first(present.next()?);
+        if present.any(|lane| first(lane) != start) {
+            return None;
+        }
+        let present = slots.map(|slot| slot != NOBODY);
+        let (low, shift) = (start.div_euclid(lanes), start.rem_euclid(lanes));
+        let in_low = (0..LANES).any(|lane| present[lane] && lane as i64 + shift < lanes);
+        let in_high = (0..LANES).any(|lane| present[lane] && lane as i64 + shift >= lanes);
+        let packs = [if in_low { low } else { low + 1 }, if in_high { low + 1 } else { low }];
+        Some(Self { packs: packs.map(|pack| pack as u32), shift: shift as u8, present })
+    }
+}
 
 impl Neighbours {
-    const NONE: Self = Self([NOBODY; LANES]);
+    const NONE: Self = Self { slots: [NOBODY; LANES], in_order: None };
+
+    fn new(slots: [u32; LANES]) -> Self {
+        Self { slots, in_order: LaneRun::new(slots) }
+    }
 
     /// Pack and lane of a lane's neighbour.
     #[inline(always)]
     pub fn at(&self, lane: usize) -> Option<(usize, usize)> {
-        match self.0[lane] {
+        match self.slots[lane] {
             NOBODY => None,
             slot => Some((slot as usize / LANES, slot as usize % LANES)),
         }
     }
 
-    /// Pack of the four neighbours, if they are its four lanes in order; then whole vectors load.
+    /// Run of lanes, if the neighbours follow each other; then whole vectors load.
     #[inline(always)]
-    pub fn aligned(&self) -> Option<usize> {
-        let first = self.0[0];
-        let in_order = (0..LANES as u32).all(|l| self.0[l as usize] == first.wrapping_add(l));
-        (first != NOBODY && (first as usize).is_multiple_of(LANES) && in_order)
-            .then_some(first as usize / LANES)
+    pub fn in_order(&self) -> Option<&LaneRun> {
+        self.in_order.as_ref()
+    }
+
+    /// Pack of the last neighbour.
+    pub fn last_pack(&self) -> Option<usize> {
+        (0..LANES).filter_map(|lane| self.at(lane)).map(|(pack, _)| pack).max()
     }
 
     /// True if no lane has a neighbour.
+    #[inline(always)]
     pub fn is_none(&self) -> bool {
-        *self == Self::NONE
+        self.slots == [NOBODY; LANES]
     }
 }
 
@@ -233,7 +145,7 @@ pub struct Pack {
     pub(super) shape: usize,
     /// First node in the nodal fields, in nodes.
     pub start: usize,
-    /// Index of the first share.
+    /// Index of the first neighbour force.
     pub neighbour_force_start: usize,
     /// True if its blocks do not deform.
     pub rigid: bool,
@@ -255,7 +167,7 @@ pub struct Packs {
     slots: Vec<u32>,
     /// Nodes in the nodal fields; four lanes count as one.
     pub nodes: usize,
-    /// Number of shares.
+    /// Number of neighbour forces.
     pub neighbour_forces: usize,
     /// Number of rigid packs.
     pub rigid: usize,
@@ -342,7 +254,7 @@ impl Packs {
 
     /// Blocks at an offset in cells from those of a pack.
     pub fn neighbours(&self, geometry: &Geometry, pack: &Pack, step: [i32; 3]) -> Neighbours {
-        Neighbours(std::array::from_fn(|lane| {
+        Neighbours::new(std::array::from_fn(|lane| {
             let block = (lane < pack.filled).then_some(pack.blocks[lane] as usize);
             // A removed block still counts at offset 0.
             let other = match step {

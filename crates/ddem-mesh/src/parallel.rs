@@ -29,6 +29,14 @@ pub trait Split: Sized + Send {
     fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self);
 }
 
+impl<A: Split, B: Split> Split for (A, B) {
+    fn split(self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
+        let (a, b) = self.0.split(packs, first, at, low_runs);
+        let (c, d) = self.1.split(packs, first, at, low_runs);
+        ((a, c), (b, d))
+    }
+}
+
 /// Calls `op` with each run and its part of the fields.
 pub fn spread<T: Split>(
     packs: &Packs,

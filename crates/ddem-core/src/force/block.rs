@@ -4,14 +4,16 @@ use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use crate::state::pass::{Input, Output, Viscous, Workspace, half_work};
-use ddem_joint::kinematics::turn;
+use ddem_joint::kinematics::{
+    ForceTarget, LocalFrame, NodePositions, give_forces, ordered_displacements,
+};
 use ddem_mechanics::element::lattice::force;
 use ddem_mechanics::math::lanes::{
-    Lanes, Vector, add, cross, load, load_at, over_nodes, scale, splat, store_at, sub, times,
+    Lanes, Vector, add, cross, load, load_at, over_nodes, scale, splat, store_at, times,
     transposed_times, zero,
 };
 use ddem_mesh::in_situ::InSituLattice;
-use ddem_mesh::pack::JointLattice;
+use ddem_mesh::pack::{JointLattice, LaneRun};
 
 /// Computes the elastic and viscous forces of the blocks of one pack, and their residual torque.
 #[simd]
@@ -25,7 +27,7 @@ pub(crate) fn block<S: Simd>(
     let pack = &input.moved.packs.packs[index];
     let shape = input.moved.packs.shape_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
-    let u = &input.moved.u[3 * pack.start..3 * (pack.start + shape.nodes)];
+    let u = input.moved.nodes(index).as_flattened();
     let dims = shape.dims(0);
     *out.torque = [Lanes::ZERO; 3];
     if pack.rigid {
@@ -36,7 +38,7 @@ pub(crate) fn block<S: Simd>(
     let Workspace { local, g, .. } = work;
     let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
     let initial_stress = input.initial_stress(JointLattice { pack: index, offset: 0 });
-    let Some(frames) = input.moved.frames else {
+    let Some(frame) = input.moved.frame(index) else {
         force(simd, dims, &table.table, u, g);
         if let Some(initial_stress) = initial_stress {
             initial_stress.add(simd, None, g);
@@ -49,19 +51,22 @@ pub(crate) fn block<S: Simd>(
         }
         return resist(simd, input, index, out, work);
     };
-    let frame = &frames[index];
     let rotation = frame.matrix(simd);
-    local.copy_from_slice(u);
-    turn(simd, &rotation, load(simd, &frame.mean), &table.edges, dims, local);
+    let (part, run) = (&shape.parts[0][0], LaneRun::of(index));
+    let local_frame = LocalFrame::new(simd, rotation, &frame.mean, &table.edges);
+    let nodes = local.as_chunks_mut::<3>().0;
+    ordered_displacements(simd, input.moved, Some(&local_frame), &run, part, nodes);
     force(simd, dims, &table.table, local, g);
     if let Some(initial_stress) = initial_stress {
         initial_stress.add(simd, None, g);
     }
-    let torque = over_nodes(simd, shape.divisions, |node| {
-        let (ui, gi) = (load_at(simd, local, 3 * node), load_at(simd, g, 3 * node));
-        store_at(out.f, 3 * node, sub(zero(simd), times(&rotation, gi)));
-        cross(ui, gi)
-    });
+    let (nodes, forces) = (local.as_chunks::<3>().0, g.as_chunks::<3>().0);
+    let target = ForceTarget {
+        forces: out.f.as_chunks_mut::<3>().0,
+        places: &part.in_block,
+        overwrites: true,
+    };
+    let torque = give_forces(simd, Some(&rotation), [nodes, forces], part, target);
     let [x, y, z] = times(&rotation, torque);
     *out.torque = [Lanes::from(x), Lanes::from(y), Lanes::from(z)];
     if let Some([blocks, _]) = &mut out.energy {
@@ -105,10 +110,11 @@ fn stiffness_damping<S: Simd>(
     let pack = &input.moved.packs.packs[index];
     let shape = input.moved.packs.shape_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
-    let v = &viscous.v[3 * pack.start..3 * (pack.start + shape.nodes)];
+    let velocities = NodePositions { u: viscous.v, ..input.moved };
+    let v = velocities.nodes(index).as_flattened();
     let Workspace { local, g, du, .. } = work;
     let (g, du) = (&mut g[..v.len()], &mut du[..v.len()]);
-    let rotation = input.moved.frames.map(|frames| frames[index].matrix(simd));
+    let rotation = input.moved.frame(index).map(|frame| frame.matrix(simd));
     for node in 0..shape.nodes {
         let v = load_at(simd, v, 3 * node);
         store_at(du, 3 * node, rotation.map_or(v, |r| transposed_times(&r, v)));

@@ -9,23 +9,25 @@
 //! blocks, that block takes the part due to slip: it is the ground on which the other slides. Once
 //! all pairs of such a joint have failed, its springs rotate with the ground alone.
 
-use fearless_simd::{Select, Simd, SimdBase, f64x4};
+use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
-use nalgebra::Matrix3;
 
+use super::joint_torque::{BrokenJointForces, grounds, part_torque};
 use crate::state::pass::{Input, Output, Workspace, half_work};
-use ddem_joint::broken::{BrokenLattice, GroundFrame, SideDisplacements, SpringForces};
-use ddem_joint::kinematics::{NodePositions, joint_displacements, rotations, to_quarters};
+use ddem_joint::broken::{BrokenLattice, SideDisplacements};
+use ddem_joint::kinematics::{
+    ForceTarget, NodePositions, give_forces, joint_displacements, rotations, to_quarters,
+};
 use ddem_joint::losses::Losses;
-use ddem_mechanics::element::corotation::{Frame, split_torque};
+use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::element::lattice::{force, force_left};
 use ddem_mechanics::law::JointLaw;
 use ddem_mechanics::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, cross, dot, load, load_at, scale, splat, store_at, sub,
-    times, transposed_product, transposed_times, zero,
+    times, transposed_times, zero,
 };
 use ddem_mesh::NO_JOINT;
-use ddem_mesh::joint_sections::{FaceLattice, JointSection};
+use ddem_mesh::joint_sections::FaceLattice;
 use ddem_mesh::pack::JointLattice;
 
 /// Checks the pairs of one joint lattice of a pack for failure and adds its forces: those of its
@@ -216,41 +218,6 @@ fn any_fails<S: Simd>(
     (0..LANES).any(|lane| law(lane).is_some_and(|law| points(lane).any(|at| fails(law, at))))
 }
 
-/// Frames of the ground blocks with which the springs of each lane rotate. The ground is the only
-/// held block of a joint once all pairs have failed, until a contact replaces the joint. `mean` is
-/// the rotation of the joint's frame.
-#[inline(always)]
-fn grounds<S: Simd>(
-    simd: S,
-    input: Input<'_>,
-    at: JointLattice,
-    mean: &Matrix<S>,
-    blocks: &[Matrix<S>; 2],
-    broken: &BrokenLattice,
-) -> [Option<GroundFrame>; LANES] {
-    let Some(FaceLattice { section, .. }) = input.face(at) else { return [None; LANES] };
-    let pack = &input.moved.packs.packs[at.pack];
-    let part = input.own_part(pack.upper[at.offset], at.pack);
-    let context = input.pair_context;
-    let stands: [bool; LANES] = std::array::from_fn(|lane| {
-        part.0[lane] != 0.5 && broken.has_failed_in_place(context, section, lane, pack.rigid)
-    });
-    if !context.turning || stands == [false; LANES] {
-        return [None; LANES];
-    }
-    let own = part.load(simd).simd_gt(splat(simd, 0.5));
-    let [a, b] = blocks;
-    let ground = [0, 1, 2].map(|i| [0, 1, 2].map(|j| own.select(a[i][j], b[i][j])));
-    let rows = transposed_product(mean, &ground).map(|row| row.map(Lanes::from));
-    std::array::from_fn(|lane| {
-        let turned = || Matrix3::from_fn(|i, j| rows[i][j].0[lane]);
-        stands[lane].then(|| GroundFrame::new(&turned(), section, lane))
-    })
-}
-
-/// Section of a broken joint, forces of its springs, and rotations of its two blocks.
-type BrokenJointForces<'a, S> = (&'a JointSection, SpringForces, Option<[Matrix<S>; 2]>);
-
 /// Adds the forces of a joint lattice to its nodes and its torque to its blocks.
 #[inline(always)]
 fn scatter_forces<S: Simd>(
@@ -265,74 +232,58 @@ fn scatter_forces<S: Simd>(
     let JointLattice { pack: index, offset } = at;
     let pack = &input.moved.packs.packs[index];
     let shape = input.moved.packs.shape_of(pack);
+    let n = shape.joints[offset].len();
     let mut torque = zero(simd);
-    if rotation.is_some() {
-        for i in 0..shape.joints[offset].len() {
-            let (u, g) = (load_at(simd, &work.local, 3 * i), load_at(simd, &work.g, 3 * i));
-            torque = add(torque, cross(u, g));
-        }
-    }
     if pack.rigid {
+        if rotation.is_some() {
+            torque = moment(simd, &work.local[..3 * n], &work.g[..3 * n]);
+        }
         to_quarters(simd, input.face(at).map(|face| face.node_pairs), &mut work.g);
     }
-    for (i, node) in shape.joints[offset].iter().enumerate() {
-        let mut gi = load_at(simd, &work.g, 3 * i);
-        if let Some(rotation) = &rotation {
-            gi = times(rotation, gi);
-        }
-        let (target, at) = if node.offset == 0 {
-            (&mut *out.f, 3 * node.local)
-        } else {
-            (&mut *out.neighbour_forces, 3 * node.neighbour_force)
+    let fields = [&work.local, &work.g].map(|field| field[..3 * n].as_chunks::<3>().0);
+    for part in &shape.parts[offset] {
+        let (forces, places) = match part.offset {
+            0 => (&mut *out.f, &part.in_block),
+            _ => (&mut *out.neighbour_forces, &part.in_neighbour_forces),
         };
-        let sum = sub(load_at(simd, target, at), gi);
-        store_at(target, at, sum);
+        // The lattice at the offset of a neighbour is the first one that gives it forces.
+        let (forces, overwrites) = (forces.as_chunks_mut::<3>().0, part.offset == offset);
+        let target = ForceTarget { forces, places, overwrites };
+        let more = give_forces(simd, rotation.as_ref(), fields, part, target);
+        if !pack.rigid {
+            torque = add(torque, more);
+        }
     }
-    let Some(rotation) = rotation else { return };
-    let [own, others] = match pull {
-        Some(pull) => part_torque(simd, input, at, &rotation, torque, pull),
-        None => {
+    let [own, others] = match (rotation, pull) {
+        (None, _) => [zero(simd); 2],
+        (Some(rotation), Some(pull)) => part_torque(simd, input, at, &rotation, torque, pull),
+        (Some(rotation), None) => {
             let part = splat(simd, 1.0 / f64::from(1u32 << offset.count_ones()));
             [scale(times(&rotation, torque), part); 2]
         }
     };
     let own = add(load(simd, out.torque), own);
     *out.torque = [Lanes::from(own[0]), Lanes::from(own[1]), Lanes::from(own[2])];
-    for part in (1..8).filter(|part| part & !offset == 0) {
-        let at = 3 * shape.torque(part);
-        let sum = add(load_at(simd, out.neighbour_forces, at), others);
-        store_at(out.neighbour_forces, at, sum);
+    for part in &shape.parts[offset][1..] {
+        let at = 3 * shape.torque(part.offset);
+        let before = if part.offset == offset {
+            zero(simd)
+        } else {
+            load_at(simd, out.neighbour_forces, at)
+        };
+        store_at(out.neighbour_forces, at, add(before, others));
     }
 }
 
-/// Torques of a broken joint on its own block and on the other `[N m]`. `torque` is that of its
-/// elements, in the joint's frame.
+/// Torque `Σ ũ × g` of forces on the nodes of a lattice.
 #[inline(always)]
-fn part_torque<S: Simd>(
-    simd: S,
-    input: Input<'_>,
-    at: JointLattice,
-    rotation: &Matrix<S>,
-    torque: Vector<S>,
-    (section, pull, blocks): BrokenJointForces<'_, S>,
-) -> [Vector<S>; 2] {
-    let (mut own, mut others) = (zero(simd), zero(simd));
-    let torque = add(torque, cross(load(simd, section.gap()), load(simd, &pull.force)));
-    let whole = times(rotation, torque);
-    if let Some(blocks) = blocks.filter(|_| pull.grounded.0 != [1.0; LANES]) {
-        [own, others] = split_torque(simd, blocks, rotation, whole);
+fn moment<S: Simd>(simd: S, local: &[Lanes], g: &[Lanes]) -> Vector<S> {
+    let mut torque = zero(simd);
+    for node in 0..g.len() / 3 {
+        let (u, g) = (load_at(simd, local, 3 * node), load_at(simd, g, 3 * node));
+        torque = add(torque, cross(u, g));
     }
-    // A held block takes the couple due to slip, and the whole torque if the springs rotate with
-    // it.
-    let couple = times(rotation, load(simd, &pull.couple));
-    let upper = input.moved.packs.packs[at.pack].upper[at.offset];
-    let part = input.own_part(upper, at.pack).load(simd);
-    let more = scale(couple, part - 0.5);
-    let grounded = [(own, part), (others, part * -1.0 + 1.0)]
-        .map(|(on, part)| scale(sub(scale(whole, part), on), pull.grounded.load(simd)));
-    own = add(own, add(more, grounded[0]));
-    others = add(others, sub(grounded[1], more));
-    [own, others]
+    torque
 }
 
 /// Computes the local forces of the elements of a joint lattice into the working space. Returns the

@@ -26,6 +26,11 @@ impl Coefficients {
         [self.a[at].0[lane], self.b[at].0[lane], self.c[at].0[lane]]
     }
 
+    /// Fields `a`, `b` and `c`.
+    pub(crate) fn fields(&self) -> [&[Lanes]; 3] {
+        [&self.a, &self.b, &self.c]
+    }
+
     /// Coefficients of four blocks.
     #[inline(always)]
     pub(crate) fn load<S: Simd>(&self, simd: S, at: usize) -> [f64x4<S>; 3] {
@@ -130,6 +135,11 @@ impl Motion {
         self.before / self.interval
     }
 
+    /// True if the time step changes.
+    pub(crate) fn changes(&self) -> bool {
+        self.before != self.time_step
+    }
+
     /// True if there is any damping.
     pub(crate) fn is_damped(&self) -> bool {
         self.damping != Damping::None
@@ -168,11 +178,7 @@ impl Motion {
 
 /// Velocity `v⁺` of one component of a node of four blocks, (M2).
 #[inline(always)]
-pub(crate) fn advanced<S: Simd>(
-    [a, b, _]: [f64x4<S>; 3],
-    v: f64x4<S>,
-    force: f64x4<S>,
-) -> f64x4<S> {
+pub(crate) fn advanced<S: Simd>([a, b]: [f64x4<S>; 2], v: f64x4<S>, force: f64x4<S>) -> f64x4<S> {
     a * v + b * force
 }
 

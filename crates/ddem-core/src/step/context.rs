@@ -71,6 +71,7 @@ impl<'a> Context<'a> {
         };
         FirstPass {
             model: self.model,
+            first: 0,
             u,
             failure_divisor: self.failure_divisor,
             turning: self.turning,
@@ -95,6 +96,13 @@ impl<'a> Context<'a> {
     /// α of the blocks of a pack, if any of them slides `[1/s]`.
     pub(super) fn slides(&self, pack: usize) -> Option<Lanes> {
         self.view.sliding.get(pack).copied().filter(|&alpha| alpha != Lanes::ZERO)
+    }
+
+    /// True if no pair can fail, no blocks can meet and no energies are requested. Then a pack needs nothing from packs that
+    /// come after it but their positions.
+    pub(super) fn is_unbreakable(&self) -> bool {
+        let fails = self.failure_divisor.is_some() && self.model.laws.iter().any(Option::is_some);
+        !fails && self.model.contact.is_none() && !self.energies
     }
 
     pub(super) fn has_viscous(&self) -> bool {
@@ -146,8 +154,8 @@ impl<'a> PackContext<'a> {
         self.pack.rigid
     }
 
-    /// Number of values of a row of nodes in a nodal field.
-    pub(super) fn row(&self) -> usize {
-        3 * (self.divisions + 1)
+    /// Number of nodes along an edge of a block.
+    pub(super) fn side(&self) -> usize {
+        self.divisions + 1
     }
 }

@@ -7,9 +7,10 @@ use fearless_simd_macros::simd;
 
 use crate::force::block::block;
 use crate::force::joint::{cell_energy, joint};
+use crate::force::neighbour_forces::clear;
 use crate::model::Model;
-use crate::state::pass::{Input, Output, Viscous, Workspace};
-use crate::step::scratch::{FirstPassFields, Scratch};
+use crate::state::pass::{Input, Viscous, Workspace};
+use crate::step::scratch::{FirstPassPack, ForcesOnNeighbours, PackForces, PackJoints, Scratch};
 use ddem_joint::broken::{BrokenJoints, BrokenLattice};
 use ddem_joint::contact::{
     Configuration, ContactModel, Contacts, SearchContext, find, release_due_joints,
@@ -22,12 +23,17 @@ use ddem_mechanics::math::exact::ExactSum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::assembly::NO_TABLE;
 use ddem_mesh::pack::JointLattice;
-use ddem_mesh::parallel::{neighbour_force_start, node_start, spread};
+use ddem_mesh::parallel::spread;
+
+/// Fields of the first pass, of a run of packs.
+pub(super) type FirstPassFields<'a> = (PackForces<'a>, (PackJoints<'a>, ForcesOnNeighbours<'a>));
 
 /// Input of the first pass.
 #[derive(Clone, Copy)]
 pub(crate) struct FirstPass<'a> {
     pub(crate) model: &'a Model,
+    /// Pack with which the displacements, velocities and frames begin.
+    pub(crate) first: usize,
     /// Displacements `[m]`.
     pub(crate) u: &'a [Lanes],
     /// Divisor of the tractions in the check for failure. Pairs whose divided traction still
@@ -61,6 +67,7 @@ impl<'a> FirstPass<'a> {
     pub(crate) fn linear(model: &'a Model, u: &'a [Lanes]) -> Self {
         Self {
             model,
+            first: 0,
             u,
             failure_divisor: None,
             turning: false,
@@ -114,8 +121,8 @@ pub(crate) fn forces(
     let (fields, frames, runs) =
         scratch.forces(broken_joints, pass.energies, pass.viscous.is_some());
     let input = input(pass, frames);
-    spread(&model.packs, runs, fields, &|run, fields: FirstPassFields<'_>| {
-        dispatch!(level, simd => run_forces(simd, input, &run, fields));
+    spread(&model.packs, runs, fields, &|run, mut fields: FirstPassFields<'_>| {
+        dispatch!(level, simd => run_forces(simd, input, run, &mut fields));
     });
     let mut losses = LossSums::from_iter(&scratch.losses).total();
     if let Some((contacts, contact_model)) = contacts.as_ref().filter(|_| pass.waits) {
@@ -162,10 +169,10 @@ fn search_context<'a>(
 }
 
 pub(crate) fn input<'a>(pass: FirstPass<'a>, frames: &'a [Frame]) -> Input<'a> {
-    let FirstPass { model, u, last, viscous, held, linear, .. } = pass;
+    let FirstPass { model, first, u, last, viscous, held, linear, .. } = pass;
     let frames = (model.corotational() && !linear).then_some(frames);
     Input {
-        moved: NodePositions { packs: &model.packs, u, frames },
+        moved: NodePositions { packs: &model.packs, first, u, frames },
         assembly: &model.assembly,
         sections: &model.sections,
         in_situ: model.in_situ.as_ref().filter(|_| !linear),
@@ -212,40 +219,44 @@ pub(crate) fn internal_forces(
     scratch.collect(pass.model, &[], pass.linear);
 }
 
+/// Computes the forces of some packs.
 #[simd]
-fn run_forces<S: Simd>(simd: S, input: Input<'_>, run: &Range<usize>, fields: FirstPassFields<'_>) {
+pub(super) fn run_forces<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    run: Range<usize>,
+    (forces, (joints, on_neighbours)): &mut FirstPassFields<'_>,
+) {
+    for index in run {
+        let pack = joints.pack(forces, on_neighbours, input.moved.packs, index);
+        pack_forces(simd, input, index, pack);
+    }
+}
+
+/// Computes the forces of one pack: of its blocks, then of its joints.
+#[simd]
+pub(super) fn pack_forces<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    pack: usize,
+    FirstPassPack { mut out, broken_joints, work }: FirstPassPack<'_>,
+) {
     let packs = input.moved.packs;
-    let (first_node, first_share) =
-        (node_start(packs, run.start), neighbour_force_start(packs, run.start));
-    for pack in run.clone() {
-        let nodes = node_start(packs, pack) - first_node..node_start(packs, pack + 1) - first_node;
-        let neighbour_forces = neighbour_force_start(packs, pack) - first_share
-            ..neighbour_force_start(packs, pack + 1) - first_share;
-        let mut out = Output {
-            viscous: fields.viscous.get_mut(nodes.clone()),
-            f: &mut fields.f[nodes],
-            neighbour_forces: &mut fields.neighbour_forces[neighbour_forces],
-            torque: &mut fields.torques[pack - run.start],
-            energy: fields.energies.get_mut(pack - run.start).map(|energy| {
-                *energy = [Lanes::ZERO; 2];
-                energy
-            }),
-            losses: &mut fields.losses[pack - run.start],
-        };
-        out.neighbour_forces.fill(Lanes::ZERO);
-        *out.losses = Losses::default();
-        let work = &mut fields.workspaces[0].elements;
-        block(simd, input, pack, &mut out, work);
-        let broken_joints = &mut fields.broken_joints[pack - run.start];
-        let tables = input.assembly.pack_tables[pack];
-        for offset in 1..8 {
-            let mut broken = broken_joints.as_mut().and_then(|lattices| lattices[offset].take());
-            if broken.as_ref().map_or(tables[offset] != NO_TABLE, BrokenLattice::acts) {
-                joint(simd, input, JointLattice { pack, offset }, &mut broken, &mut out, work);
-            }
-            if broken.is_some() {
-                broken_joints.get_or_insert_with(Box::default)[offset] = broken;
-            }
+    if let Some(energy) = &mut out.energy {
+        **energy = [Lanes::ZERO; 2];
+    }
+    *out.losses = Losses::default();
+    block(simd, input, pack, &mut out, work);
+    let tables = input.assembly.pack_tables[pack];
+    for offset in 1..8 {
+        let mut broken = broken_joints.as_mut().and_then(|lattices| lattices[offset].take());
+        if broken.as_ref().map_or(tables[offset] != NO_TABLE, BrokenLattice::acts) {
+            joint(simd, input, JointLattice { pack, offset }, &mut broken, &mut out, work);
+        } else {
+            clear(packs.shape_of(&packs.packs[pack]), offset, out.neighbour_forces);
+        }
+        if broken.is_some() {
+            broken_joints.get_or_insert_with(Box::default)[offset] = broken;
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Frames of the blocks of a pack, from the displacements of its nodes (§3).
 
-use fearless_simd::Simd;
+use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use crate::model::Model;
 use ddem_mechanics::element::corotation::{Frame, fit};
-use ddem_mechanics::math::lanes::{LANES, Lanes, add, load_at, scale, splat, zero};
+use ddem_mechanics::math::lanes::{LANES, Lanes, Vector, add, load, scale, splat, zero};
 use ddem_mechanics::rigid::Pose;
 
 /// Frame of a pack's rigid blocks in their poses.
@@ -24,29 +24,72 @@ pub(super) fn frame_of(poses: &[Pose; LANES]) -> Frame {
 /// Frame of a pack's blocks at displacements `u`.
 #[simd]
 pub(super) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes]) -> Frame {
-    let n = model.packs.shape_of(&model.packs.packs[index]).divisions;
-    let edges = &model.assembly.tables[model.assembly.pack_tables[index][0] as usize].edges;
-    let half = 0.5 * n as f64;
-    let (mut sum, mut moments) = (zero(simd), [zero(simd); 3]);
-    let mut node = 0;
-    for k in 0..=n {
-        let mut plane = zero(simd);
-        for j in 0..=n {
-            let mut row = zero(simd);
-            for i in 0..=n {
-                let u = load_at(simd, u, node);
-                row = add(row, u);
-                moments[0] = add(moments[0], scale(u, splat(simd, i as f64 - half)));
-                node += 3;
-            }
-            plane = add(plane, row);
-            moments[1] = add(moments[1], scale(row, splat(simd, j as f64 - half)));
+    let divisions = model.packs.shape_of(&model.packs.packs[index]).divisions;
+    let mut moments = FirstMoments::new(simd, divisions);
+    for row in u.as_chunks::<3>().0.chunks_exact(divisions + 1) {
+        for (i, u) in row.iter().enumerate() {
+            moments.add_node(simd, i, load(simd, u));
         }
-        sum = add(sum, plane);
-        moments[2] = add(moments[2], scale(plane, splat(simd, k as f64 - half)));
+        moments.end_row(simd);
     }
-    let weight = splat(simd, 1.0 / (n as f64 + 1.0).powi(3));
-    let [x, y, z] = moments;
-    let moments = [scale(x, weight), scale(y, weight), scale(z, weight)];
-    fit(simd, n, edges, scale(sum, weight), moments)
+    moments.frame(simd, model, index)
+}
+
+/// Sum and first moments of the displacements of the nodes of a pack, row by row.
+pub(super) struct FirstMoments<S: Simd> {
+    divisions: usize,
+    /// Rows so far, of the plane and planes.
+    done: [usize; 2],
+    row: Vector<S>,
+    plane: Vector<S>,
+    sum: Vector<S>,
+    moments: [Vector<S>; 3],
+}
+
+impl<S: Simd> FirstMoments<S> {
+    #[inline(always)]
+    pub(super) fn new(simd: S, divisions: usize) -> Self {
+        let none = zero(simd);
+        let (row, plane, sum, moments) = (none, none, none, [none; 3]);
+        Self { divisions, done: [0; 2], row, plane, sum, moments }
+    }
+
+    /// Steps of a node from the centre, from its number along a direction.
+    #[inline(always)]
+    fn steps(&self, simd: S, number: usize) -> f64x4<S> {
+        splat(simd, number as f64 - 0.5 * self.divisions as f64)
+    }
+
+    /// Adds node `i` of the present row.
+    #[inline(always)]
+    pub(super) fn add_node(&mut self, simd: S, i: usize, u: Vector<S>) {
+        self.row = add(self.row, u);
+        self.moments[0] = add(self.moments[0], scale(u, self.steps(simd, i)));
+    }
+
+    /// Ends a row, after its last node.
+    #[inline(always)]
+    pub(super) fn end_row(&mut self, simd: S) {
+        let [row, plane] = self.done;
+        self.plane = add(self.plane, self.row);
+        self.moments[1] = add(self.moments[1], scale(self.row, self.steps(simd, row)));
+        self.row = zero(simd);
+        self.done[0] += 1;
+        if row == self.divisions {
+            self.sum = add(self.sum, self.plane);
+            self.moments[2] = add(self.moments[2], scale(self.plane, self.steps(simd, plane)));
+            self.plane = zero(simd);
+            self.done = [0, plane + 1];
+        }
+    }
+
+    /// Frame of the blocks of the pack, after its last node.
+    #[inline(always)]
+    pub(super) fn frame(&self, simd: S, model: &Model, index: usize) -> Frame {
+        let edges = &model.assembly.tables[model.assembly.pack_tables[index][0] as usize].edges;
+        let weight = splat(simd, 1.0 / (self.divisions as f64 + 1.0).powi(3));
+        let [x, y, z] = self.moments;
+        let moments = [scale(x, weight), scale(y, weight), scale(z, weight)];
+        fit(simd, self.divisions, edges, scale(self.sum, weight), moments)
+    }
 }

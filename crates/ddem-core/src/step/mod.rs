@@ -2,7 +2,7 @@
 //!
 //! The paper's two passes run over packs of four blocks. [`forces`] is the loop over blocks and
 //! joints. It computes forces from displacements, and pairs fail there. [`second_pass`] sums the
-//! forces at each node in one order and moves the nodes, unless it is a trial. [`run_second`] shows
+//! forces at each node in one order and moves the nodes, unless it is a trial. [`move_pack`] shows
 //! the order of physics inside a pack.
 
 mod context;
@@ -15,6 +15,7 @@ mod relaxing;
 mod rigid;
 pub(crate) mod scratch;
 mod sliding;
+mod sweep;
 #[cfg(test)]
 mod tests;
 pub(crate) mod timestep;
@@ -24,8 +25,11 @@ use std::ops::Range;
 use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
+use crate::force::neighbour_forces::NeighbourForces;
 use crate::state::State;
-use crate::step::scratch::{Access, Scratch, SecondPass, StateMotion};
+use crate::step::scratch::{
+    Access, PackFields, PackForces, Scratch, SecondPass, StateMotion, StepFields,
+};
 use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::Contacts;
 use ddem_joint::losses::Losses;
@@ -42,10 +46,13 @@ pub(crate) use rigid::{Poses, present, set_corner_velocities};
 
 /// Forces on a pack from others: those of the joints at its lower sides, and of contacts.
 #[derive(Clone, Copy)]
-struct NeighbourForces<'a> {
-    neighbour_forces: &'a [Lanes],
+struct ForcesOfOthers<'a> {
+    joints: NeighbourForces<'a>,
     contacts: &'a Contacts,
 }
+
+/// Fields of the second pass, of a run of packs.
+pub(crate) type SecondPassFields<'a> = (PackForces<'a>, SecondPass<'a>);
 
 /// State of a trial. Joints and contacts advance as in a step, but nothing moves.
 pub(crate) struct TrialStep<'a> {
@@ -66,13 +73,19 @@ pub(crate) fn step(
     scratch: &mut Scratch,
 ) -> Option<(StepSums, Losses)> {
     let State { u, v, poses, broken_joints, contacts, .. } = &mut *state;
-    let losses = forces(context.pass(u, v), broken_joints, Some(contacts), scratch);
-    if context.waits && losses.failed != [0; 2] {
-        return None;
-    }
-    let moved =
-        StateMotion { u: Access::Write(u), v: Access::Write(v), poses: Access::Write(poses) };
-    let sums = second_pass(context, moved, contacts, scratch);
+    let (sums, losses) = if let Some(slabs) = scratch.slabs(context) {
+        let moved =
+            StateMotion { u: Access::Write(u), v: Access::Write(v), poses: Access::Write(poses) };
+        sweep::sweep(context, &slabs, moved, broken_joints, contacts, scratch)
+    } else {
+        let losses = forces(context.pass(u, v), broken_joints, Some(contacts), scratch);
+        if context.waits && losses.failed != [0; 2] {
+            return None;
+        }
+        let moved =
+            StateMotion { u: Access::Write(u), v: Access::Write(v), poses: Access::Write(poses) };
+        (second_pass(context, moved, contacts, scratch), losses)
+    };
     scratch.add_travel(contacts, context.motion.time_step);
     state.count_step(context.motion.time_step);
     Some((sums, losses))
@@ -98,43 +111,60 @@ fn second_pass(
     scratch: &mut Scratch,
 ) -> StepSums {
     let viscous = context.has_viscous();
-    let (fields, neighbour_forces, runs, level) = scratch.second(context.view, viscous, motions);
-    let others = NeighbourForces { neighbour_forces, contacts };
-    spread(&context.model.packs, runs, fields, &|run, mut fields: SecondPass<'_>| {
-        dispatch!(level, simd => run_second(simd, context, others, &run, &mut fields));
-    });
+    let StepFields { forces, on_neighbours, second, runs, level, .. } =
+        scratch.second(context.view, viscous, motions, &mut []);
+    let others = ForcesOfOthers { joints: NeighbourForces::all(on_neighbours), contacts };
+    spread(
+        &context.model.packs,
+        runs,
+        (forces, second),
+        &|run, mut fields: SecondPassFields<'_>| {
+            dispatch!(level, simd => run_second(simd, context, others, run, &mut fields));
+        },
+    );
     StepSums::total(&scratch.sums)
 }
 
-/// Runs the order of physics: `F = Q − f_body − f_joint + R` at the nodes of each pack, then (M2).
+/// Completes the forces on some packs and moves them.
 #[simd]
 fn run_second<S: Simd>(
     simd: S,
     context: Context<'_>,
-    others: NeighbourForces<'_>,
-    run: &Range<usize>,
-    fields: &mut SecondPass<'_>,
+    others: ForcesOfOthers<'_>,
+    run: Range<usize>,
+    (forces, second): &mut SecondPassFields<'_>,
 ) {
-    for index in run.clone() {
+    for index in run {
         let pack = PackContext::new(context, index);
         let viscous = context.is_viscous(index);
-        let mut part = fields.pack(&context.model.packs, run.start, index, viscous);
-        nodes::collect(simd, &pack, others, &mut part);
-        nodes::add_loads(simd, &pack, &mut part);
-        if pack.is_rigid() {
-            rigid::react(&pack, &mut part);
-        } else {
-            sliding::slow_down(simd, &pack, &mut part);
-            nodes::resist(&pack, &mut part);
-            nodes::react(&pack, &mut part);
-        }
-        let loads = part.loaded.then_some(&*part.q);
-        part.sums.applied = pack.supports.applied(loads, part.reactions);
-        match (pack.is_rigid(), context.motion.fictitious) {
-            (true, true) => rigid::relaxation_sums(&pack, &mut part),
-            (true, false) => rigid::advance(&pack, &mut part),
-            (false, true) => nodes::relaxation_sums(simd, &pack, &mut part),
-            (false, false) => nodes::advance(simd, &pack, &mut part),
-        }
+        let part = second.pack(forces, &context.model.packs, index, viscous);
+        move_pack(simd, &pack, others, part);
+    }
+}
+
+/// Runs the order of physics: `F = Q − f_body − f_joint + R` at the nodes of a pack, then (M2).
+#[simd]
+fn move_pack<S: Simd>(
+    simd: S,
+    pack: &PackContext<'_>,
+    others: ForcesOfOthers<'_>,
+    mut part: PackFields<'_>,
+) {
+    nodes::collect(simd, pack, others, &mut part);
+    nodes::add_loads(simd, pack, &mut part);
+    if pack.is_rigid() {
+        rigid::react(pack, &mut part);
+    } else {
+        sliding::slow_down(simd, pack, &mut part);
+        nodes::resist(pack, &mut part);
+        nodes::react(pack, &mut part);
+    }
+    let loads = part.loaded.then_some(&*part.q);
+    part.sums.applied = pack.supports.applied(loads, part.reactions);
+    match (pack.is_rigid(), pack.step.motion.fictitious) {
+        (true, true) => rigid::relaxation_sums(pack, &mut part),
+        (true, false) => rigid::advance(pack, &mut part),
+        (false, true) => nodes::relaxation_sums(simd, pack, &mut part),
+        (false, false) => nodes::advance(simd, pack, &mut part),
     }
 }

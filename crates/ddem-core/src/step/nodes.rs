@@ -1,48 +1,37 @@
 //! Second pass over the nodes of a pack of deformable blocks (§6).
 
-use fearless_simd::{Simd, SimdBase};
+use fearless_simd::{Simd, SimdBase, f64x4};
 use fearless_simd_macros::simd;
 
-use super::{NeighbourForces, PackContext};
+use super::{ForcesOfOthers, PackContext};
 use crate::force::external::{self, External};
 use crate::force::{contact, neighbour_forces};
 use crate::model::Model;
-use crate::state::motion::{advanced, local_of_four};
-use crate::step::frames::fit_pack;
+use crate::state::motion::{Motion, advanced, local_of_four};
+use crate::step::frames::FirstMoments;
 use crate::step::scratch::{Access, PackFields};
-use ddem_mechanics::math::lanes::{Lanes, load, splat};
-use ddem_mechanics::math::sums::{StepSums, SumsByRow};
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::math::lanes::{Lanes, add, load, scale, splat, zero};
+use ddem_mechanics::math::sums::{NodeSums, StepSums, Sum};
 
-/// Adds the forces of others: of joints at the lower sides, of contacts, and those due to the
-/// derivative of R.
+/// Adds the forces and torques of others: of joints at the lower sides, and of contacts.
 #[simd]
 pub(super) fn collect<S: Simd>(
     simd: S,
     pack: &PackContext<'_>,
-    others: NeighbourForces<'_>,
+    others: ForcesOfOthers<'_>,
     part: &mut PackFields<'_>,
 ) {
     let (model, index) = (pack.step.model, pack.index);
-    neighbour_forces::collect(
-        simd,
-        &model.packs,
-        index,
-        others.neighbour_forces,
-        part.f,
-        part.torque,
-    );
+    neighbour_forces::collect(simd, &model.packs, index, others.joints, part.f, part.torque);
     if let Some(contact_model) = &model.contact {
         let blocks = &pack.pack.blocks[..pack.pack.filled];
         contact::collect(others.contacts, &contact_model.blocks, blocks, part.f, part.torque);
     }
-    if model.corotational() && !pack.is_rigid() {
-        let torque = load(simd, part.torque);
-        let (frame, Model { packs, assembly, .. }) = (&part.blocks.frames.get()[0], model);
-        neighbour_forces::spread_torque(simd, packs, assembly, index, frame, torque, part.f);
-    }
 }
 
-/// Adds loads, and boundary forces that do not depend on the motion.
+/// Adds loads, boundary forces that do not depend on the motion, and the forces due to the
+/// derivative of R, which balance the torque.
 #[simd]
 pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let external = External {
@@ -58,8 +47,14 @@ pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
         pack.dashpots.push(part.q);
         part.loaded = true;
     }
-    if part.loaded {
-        external::add_to(simd, part.f, part.q);
+    let loads = part.loaded.then_some(&*part.q);
+    let (model, index) = (pack.step.model, pack.index);
+    if model.corotational() && !pack.is_rigid() {
+        let torque = load(simd, part.torque);
+        let (frame, Model { packs, assembly, .. }) = (&part.blocks.frames.get()[0], model);
+        neighbour_forces::spread_torque(simd, packs, assembly, index, frame, torque, loads, part.f);
+    } else if let Some(loads) = loads {
+        external::add_to(simd, part.f, loads);
     }
 }
 
@@ -78,15 +73,22 @@ pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
 /// Computes the sums of a relaxation, which moves the nodes by a pass of its own.
 #[simd]
 pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+    const N: usize = Sum::Power as usize + 1;
     let v = part.blocks.v.get();
-    let mut tally = SumsByRow::new(simd, pack.divisions);
-    let row = pack.row();
-    for (number, (f, v)) in part.f.chunks(row).zip(v.chunks(row)).enumerate() {
-        for (at, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
-            let v = v.load(simd);
-            tally.relaxed(f.load(simd), v);
-            if part.loaded {
-                tally.loaded(part.q[at].load(simd), v, v);
+    let mut tally = NodeSums::<S, N>::new(simd);
+    let row = pack.side();
+    let (nodes, velocities) = (part.f.as_chunks::<3>().0, v.as_chunks::<3>().0);
+    for (number, (f, v)) in nodes.chunks(row).zip(velocities.chunks(row)).enumerate() {
+        for (node, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
+            for c in 0..3 {
+                let (f, v) = (f[c].load(simd), v[c].load(simd));
+                tally.add(Sum::Free, c, f * f);
+                tally.add(Sum::Power, c, f * v);
+                if part.loaded {
+                    let power = part.q[3 * node + c].load(simd) * v;
+                    tally.add(Sum::LoadsBefore, c, power);
+                    tally.add(Sum::LoadsAfter, c, power);
+                }
             }
         }
         tally.end_row(simd);
@@ -103,8 +105,9 @@ pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &m
 pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let motion = pack.step.motion;
     let damped = motion.is_damped() || part.is_viscous();
-    let PackFields { blocks, f, viscous, sums, reactions, drags, q, loaded, room, .. } = part;
-    let trial = matches!(blocks.v, Access::Read(_));
+    let energy = matches!(part.blocks.v, Access::Read(_)) || motion.changes();
+    let unusual = energy || motion.local != 0.0 || part.is_viscous();
+    let PackFields { blocks, f, viscous, sums, reactions, drags, q, room, loaded, .. } = part;
     let v = match &mut blocks.v {
         Access::Write(v) => &mut **v,
         Access::Read(v) => {
@@ -116,60 +119,157 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     let mut own = StepSums { applied: sums.applied, ..StepSums::default() };
     own.supports[0] = pack.supports.power(v, reactions);
     let drawn = pack.dashpots.power(v, drags);
-    // The kinetic energy uses a velocity as far after the present time as `old` is before it.
-    let ratio = splat(simd, motion.previous_step_ratio());
-    let changes = motion.before != motion.time_step;
-    let mut tally = SumsByRow::new(simd, pack.divisions);
-    let row = pack.row();
-    for (number, (f, v)) in f.chunks(row).zip(v.chunks_mut(row)).enumerate() {
-        for (at, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
-            let numbers = pack.class.load(simd, at);
-            let (old, force) = (v.load(simd), f.load(simd));
-            let local = local_of_four(simd, motion.local, force, old);
-            let new = advanced(numbers, old, force - local);
-            tally.force(force);
-            if *loaded {
-                tally.loaded(q[at].load(simd), old, new);
-            }
-            if damped {
-                let viscous = viscous.get(at).map_or(splat(simd, 0.0), |lanes| lanes.load(simd));
-                tally.damped(local + numbers[2] * ((old + new) * 0.5) + viscous, old, new);
-            }
-            if trial || changes {
-                let mass = pack.mass[at / 3].load(simd);
-                tally.kinetic(mass, old, if changes { old + ratio * (new - old) } else { new });
-                if changes {
-                    tally.change(mass, old, new - old);
-                }
-            }
-            *v = Lanes::from(new);
-        }
-        tally.end_row(simd);
+    let forces = NodeForces { all: f, loads: loaded.then_some(&**q), viscous };
+    match (unusual, *loaded, damped) {
+        (true, ..) => accelerate::<S, { Sum::COUNT }>(simd, energy, pack, forces, v, &mut own),
+        (_, true, _) => accelerate::<S, LOADED>(simd, false, pack, forces, v, &mut own),
+        (_, _, true) => accelerate::<S, DAMPED>(simd, false, pack, forces, v, &mut own),
+        _ => accelerate::<S, FREE>(simd, false, pack, forces, v, &mut own),
     }
     pack.supports.enforce(v);
-    tally.give(&mut own);
     own.supports[1] = pack.supports.power(v, reactions);
     own.damping[0] += drawn;
     own.damping[1] += pack.dashpots.power(v, drags);
     if let Some(u) = blocks.u.get_mut() {
-        own.fastest = displace(simd, motion.time_step, v, u);
-        if pack.step.model.corotational() {
-            let frame = fit_pack(simd, pack.step.model, pack.index, u);
+        let (fastest, frame) = displace(simd, pack, v, u);
+        own.fastest = fastest;
+        if let Some(frame) = frame {
             blocks.frames.get_mut().into_iter().for_each(|frames| frames[0] = frame);
         }
     }
     **sums = own;
 }
 
-/// Moves the nodes, `u⁺ = u + Δt v⁺`; returns the largest velocity component `[m/s]`.
+/// Number of sums of nodes that are neither damped nor loaded, that are damped, and that are loaded.
+const FREE: usize = Sum::Free as usize + 1;
+const DAMPED: usize = Sum::DampingAfter as usize + 1;
+const LOADED: usize = Sum::LoadsAfter as usize + 1;
+
+/// Forces on the nodes of a pack `[N]`.
+#[derive(Clone, Copy)]
+struct NodeForces<'a> {
+    /// Sums of all forces.
+    all: &'a [Lanes],
+    /// Loads, if there are any.
+    loads: Option<&'a [Lanes]>,
+    /// Viscous forces, against the motion; empty if blocks are not viscous.
+    viscous: &'a [Lanes],
+}
+
+/// Advances the velocities of the nodes of a pack, and takes the first `N` sums over them. Local
+/// and viscous damping, and the sums of `energy`, are only in use with all sums.
 #[inline(always)]
-fn displace<S: Simd>(simd: S, time_step: f64, v: &[Lanes], u: &mut [Lanes]) -> Lanes {
-    let time_step = splat(simd, time_step);
-    let mut fastest = splat(simd, 0.0);
-    for (u, v) in u.iter_mut().zip(v) {
-        let v = v.load(simd);
-        *u = Lanes::from(u.load(simd) + time_step * v);
-        fastest = fastest.max(v.abs());
+fn accelerate<S: Simd, const N: usize>(
+    simd: S,
+    energy: bool,
+    pack: &PackContext<'_>,
+    forces: NodeForces<'_>,
+    v: &mut [Lanes],
+    sums: &mut StepSums,
+) {
+    let motion = pack.step.motion;
+    let all = N == Sum::COUNT;
+    let [a, b, damping] = pack.class.fields();
+    let mut tally = NodeSums::<S, N>::new(simd);
+    let row = 3 * pack.side();
+    for (number, v) in v.chunks_exact_mut(row).enumerate() {
+        let of = |field| nodes_of_row(field, number * row, row);
+        let (f, a, b, damping) = (of(forces.all), of(a), of(b), of(damping));
+        let loads = forces.loads.filter(|_| N >= LOADED).map(of);
+        let viscous = (all && !forces.viscous.is_empty()).then(|| of(forces.viscous));
+        for (node, v) in v.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            for c in 0..3 {
+                let (old, force) = (v[c].load(simd), f[node][c].load(simd));
+                let mut drag = splat(simd, 0.0);
+                if all {
+                    drag = local_of_four(simd, motion.local, force, old);
+                }
+                let numbers = [a[node][c].load(simd), b[node][c].load(simd)];
+                let new = advanced(numbers, old, force - drag);
+                v[c] = Lanes::from(new);
+                tally.add(Sum::Free, c, force * force);
+                if N >= DAMPED {
+                    drag += damping[node][c].load(simd) * ((old + new) * 0.5);
+                    if let Some(viscous) = viscous {
+                        drag += viscous[node][c].load(simd);
+                    }
+                    tally.add(Sum::DampingBefore, c, drag * old);
+                    tally.add(Sum::DampingAfter, c, drag * new);
+                }
+                if let Some(loads) = loads {
+                    let load = loads[node][c].load(simd);
+                    tally.add(Sum::LoadsBefore, c, load * old);
+                    tally.add(Sum::LoadsAfter, c, load * new);
+                }
+                if all && energy {
+                    let mass = pack.mass[number * row / 3 + node].load(simd);
+                    kinetic_energy(simd, motion, c, mass, [old, new], &mut tally);
+                }
+            }
+        }
+        tally.end_row(simd);
     }
-    Lanes::from(fastest)
+    tally.give(sums);
+}
+
+/// Nodes of a row of a nodal field.
+#[inline(always)]
+fn nodes_of_row(field: &[Lanes], at: usize, row: usize) -> &[[Lanes; 3]] {
+    field[at..at + row].as_chunks::<3>().0
+}
+
+/// Adds the kinetic energies `½ m v⁻ v⁺` of a component, and the terms of its change if the step
+/// changes.
+#[inline(always)]
+fn kinetic_energy<S: Simd, const N: usize>(
+    simd: S,
+    motion: &Motion,
+    component: usize,
+    mass: f64x4<S>,
+    [old, new]: [f64x4<S>; 2],
+    tally: &mut NodeSums<S, N>,
+) {
+    let mut after = new;
+    if motion.changes() {
+        // The energy uses a velocity as far after the present time as `old` is before it.
+        let change = new - old;
+        after = old + splat(simd, motion.previous_step_ratio()) * change;
+        tally.add(Sum::Power, component, mass * old * change);
+        tally.add(Sum::Change, component, mass * change * change * 0.5);
+    }
+    tally.add(Sum::Kinetic, component, mass * old * after * 0.5);
+}
+
+/// Moves the nodes, `u⁺ = u + Δt v⁺`. Returns the largest velocity component `[m/s]`, and the new
+/// frame of the blocks; `None` for small displacements.
+#[inline(always)]
+fn displace<S: Simd>(
+    simd: S,
+    pack: &PackContext<'_>,
+    v: &[Lanes],
+    u: &mut [Lanes],
+) -> (Lanes, Option<Frame>) {
+    let time_step = splat(simd, pack.step.motion.time_step);
+    let corotational = pack.step.model.corotational();
+    let mut fastest = zero(simd);
+    let mut moments = FirstMoments::new(simd, pack.divisions);
+    let row = pack.side();
+    let (rows, velocities) = (u.as_chunks_mut::<3>().0, v.as_chunks::<3>().0);
+    for (u, v) in rows.chunks_exact_mut(row).zip(velocities.chunks_exact(row)) {
+        for (i, (u, v)) in u.iter_mut().zip(v).enumerate() {
+            let v = load(simd, v);
+            let new = add(load(simd, u), scale(v, time_step));
+            *u = new.map(Lanes::from);
+            for c in 0..3 {
+                fastest[c] = fastest[c].max(v[c].abs());
+            }
+            if corotational {
+                moments.add_node(simd, i, new);
+            }
+        }
+        moments.end_row(simd);
+    }
+    let fastest = fastest[0].max(fastest[1]).max(fastest[2]);
+    let frame = corotational.then(|| moments.frame(simd, pack.step.model, pack.index));
+    (Lanes::from(fastest), frame)
 }

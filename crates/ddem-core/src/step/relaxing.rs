@@ -12,7 +12,7 @@ use crate::step::frames::{fit_pack, frame_of};
 use crate::step::preconditioner::{self, Preconditioner};
 use crate::step::scratch::{Relaxing, Scratch};
 use ddem_mechanics::math::lanes::{Lanes, splat};
-use ddem_mechanics::math::sums::{StepSums, SumsByRow};
+use ddem_mechanics::math::sums::{NodeSums, StepSums, Sum};
 use ddem_mesh::parallel::{node_start, rigid_start, spread};
 
 /// Runs the second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, with M coupled across
@@ -54,26 +54,24 @@ fn run_relaxing<S: Simd>(
         q.resize(q.len().max(u.len()), Lanes::ZERO);
         let pack = &packs.packs[index];
         let poses = pack.rigid.then(|| &fields.poses[pack.rigid_start - first_rigid]);
-        preconditioner::accelerations(
-            simd,
-            model,
-            poses,
-            preconditioner,
-            index,
-            f,
-            &mut q[..u.len()],
-        );
-        let divisions = packs.shape_of(pack).divisions;
-        let row = 3 * (divisions + 1);
-        let mut tally = SumsByRow::new(simd, divisions);
+        let q = &mut q[..u.len()];
+        preconditioner::accelerations(simd, model, poses, preconditioner, index, f, q);
+        let row = packs.shape_of(pack).divisions + 1;
+        let mut tally = NodeSums::<S, { Sum::Moved as usize + 1 }>::new(simd);
         let mut fastest = splat(simd, 0.0);
-        for (number, (u, v)) in u.chunks_mut(row).zip(v.chunks_mut(row)).enumerate() {
-            for (at, (u, v)) in (number * row..).zip(u.iter_mut().zip(v)) {
-                let new = a * v.load(simd) + b * q[at].load(simd);
-                tally.moved(f[nodes.start + at].load(simd), new);
-                fastest = fastest.max(new.abs());
-                *v = Lanes::from(new);
-                *u = Lanes::from(u.load(simd) + new);
+        let rows = u.as_chunks_mut::<3>().0.chunks_mut(row);
+        let velocities = v.as_chunks_mut::<3>().0.chunks_mut(row);
+        for (number, (u, v)) in rows.zip(velocities).enumerate() {
+            for (node, (u, v)) in (number * row..).zip(u.iter_mut().zip(v)) {
+                for c in 0..3 {
+                    let at = 3 * node + c;
+                    let new = a * v[c].load(simd) + b * q[at].load(simd);
+                    tally.add(Sum::Power, c, f[nodes.start + at].load(simd) * new);
+                    tally.add(Sum::Moved, c, new * new);
+                    fastest = fastest.max(new.abs());
+                    v[c] = Lanes::from(new);
+                    u[c] = Lanes::from(u[c].load(simd) + new);
+                }
             }
             tally.end_row(simd);
         }

@@ -22,8 +22,8 @@ pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
     room.clear();
     room.extend_from_slice(blocks.v.get());
     for (at, (ahead, f)) in room.iter_mut().zip(&**f).enumerate() {
-        let numbers = pack.class.load(simd, at);
-        *ahead = Lanes::from(advanced(numbers, ahead.load(simd), f.load(simd)));
+        let [a, b, _] = pack.class.load(simd, at);
+        *ahead = Lanes::from(advanced([a, b], ahead.load(simd), f.load(simd)));
     }
     pack.supports.enforce(room);
     let alpha = alpha.load(simd);
@@ -38,6 +38,6 @@ pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
     let torque = damping::damp(simd, slides, blocks.u.get(), room, f, viscous);
     if let Some(frame) = frame {
         let torque = load(simd, &torque);
-        neighbour_forces::spread_torque(simd, packs, assembly, index, frame, torque, f);
+        neighbour_forces::spread_torque(simd, packs, assembly, index, frame, torque, None, f);
     }
 }

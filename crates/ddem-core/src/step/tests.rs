@@ -1,14 +1,18 @@
-//! Comparison of the strips and corners removed with a pair with all elements that hold both nodes.
+//! Comparison of the strips and corners removed with a pair with all elements that hold both nodes,
+//! and of a sweep with two passes.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use crate::model::Model;
 use crate::model::problem::*;
+use crate::model::stage::{Damping, TimeStep};
+use crate::run::Simulation;
+use crate::state::State;
 use ddem_joint::broken::BrokenLattice;
 use ddem_joint::broken::strips::StripElement;
 use ddem_mechanics::element::{Elastic, ElementKind};
-use ddem_mechanics::math::lanes::LANES;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::assembly::NO_TABLE;
 use ddem_mesh::pack::JointLattice;
 use ddem_mesh::properties::Kinematics;
@@ -149,5 +153,48 @@ fn failed_pair_removes_its_strips_and_corners() {
             }
         }
         assert!(removed > 0, "{count:?}");
+    }
+}
+
+/// Bits of displacements and velocities, the losses and the largest velocity after some steps, in a
+/// sweep over `slabs` slabs or in two passes.
+fn moved(
+    count: [usize; 3],
+    divisions: usize,
+    removed: Option<[usize; 3]>,
+    slabs: Option<usize>,
+) -> (Vec<u64>, String) {
+    let mut simulation = Simulation::new(model(count, divisions, removed));
+    for (i, v) in simulation.state.v.iter_mut().enumerate() {
+        *v = Lanes(std::array::from_fn(|lane| (0.1 * (LANES * i + lane) as f64).sin()));
+    }
+    simulation.start(Damping::Ratio(0.05), TimeStep::Auto, None).expect("a stable step");
+    let packs = &simulation.model.packs;
+    let slabs = slabs.map(|count| super::sweep::slabs(packs, count));
+    for _ in 0..5 {
+        simulation.scratch.slabs = Some((rayon::current_num_threads(), slabs.clone()));
+        simulation.step().expect("finite numbers");
+    }
+    let State { u, v, .. } = &*simulation.state;
+    assert!(u.iter().any(|u| u.sum() != 0.0), "nothing moves");
+    let bits = u.iter().chain(v).flat_map(|lanes| lanes.0).map(f64::to_bits).collect();
+    (bits, format!("{:?}", simulation.last))
+}
+
+#[test]
+fn sweep_gives_bits_of_two_passes() {
+    let lattices = [
+        ([4, 3, 5], 2, None),
+        ([8, 8, 8], 1, None),
+        ([5, 3, 4], 4, Some([2, 1, 2])),
+        ([3, 3, 6], 3, None),
+    ];
+    for (count, divisions, removed) in lattices {
+        let expected = moved(count, divisions, removed, None);
+        for slabs in [1, 2, 3, 7] {
+            let found = moved(count, divisions, removed, Some(slabs));
+            assert_eq!(found.1, expected.1, "{count:?}, {slabs} slabs");
+            assert!(found.0 == expected.0, "{count:?}, {slabs} slabs: other bits");
+        }
     }
 }

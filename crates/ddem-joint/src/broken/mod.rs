@@ -14,7 +14,8 @@ use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::NO_JOINT;
 use ddem_mesh::assembly::{Assembly, ElementPack, NO_TABLE};
 use ddem_mesh::joint_sections::{JointSection, JointSections};
-use ddem_mesh::pack::{NodePair, Pack, Packs};
+use ddem_mesh::numbering::NodePair;
+use ddem_mesh::pack::{Pack, Packs};
 
 pub use springs::{GroundFrame, SideDisplacements, SpringForces};
 
@@ -25,7 +26,7 @@ pub struct BrokenLattice {
     pub alive: Vec<Lanes>,
     /// True if at least one element is left.
     pub any_alive: bool,
-    /// Pairs of a face joint by lane, in the order of [`ddem_mesh::pack::BlockNumbering::pairs`].
+    /// Pairs of a face joint by lane, in the order of [`ddem_mesh::numbering::BlockNumbering::pairs`].
     pub points: Vec<[JointPoint; LANES]>,
     /// Lanes whose joint was released: a contact has taken the place of its springs.
     released: [bool; LANES],

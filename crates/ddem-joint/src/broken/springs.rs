@@ -9,7 +9,7 @@ use ddem_mechanics::law::Traction;
 use ddem_mechanics::law::response::stored;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
-use ddem_mesh::pack::NodePair;
+use ddem_mesh::numbering::NodePair;
 
 /// Forces of the springs of a joint lattice.
 #[derive(Clone, Copy, Debug, Default)]

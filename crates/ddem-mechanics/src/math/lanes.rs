@@ -4,7 +4,7 @@
 //! operation is one IEEE operation per lane and is never fused, so that all instruction sets give
 //! the same bits.
 
-use fearless_simd::{Simd, SimdFrom, f64x4};
+use fearless_simd::{Simd, SimdBase, SimdFrom, f64x4};
 use serde::{Deserialize, Serialize};
 
 /// Blocks side by side in a pack.
@@ -60,6 +60,16 @@ pub fn load<S: Simd>(simd: S, v: &[Lanes; 3]) -> Vector<S> {
 pub fn load_at<S: Simd>(simd: S, field: &[Lanes], at: usize) -> Vector<S> {
     let [x, y, z] = &field[at..at + 3] else { unreachable!() };
     [x.load(simd), y.load(simd), z.load(simd)]
+}
+
+/// Vectors of the lanes `SHIFT..SHIFT + 4` of eight lanes: four in `low`, four in `high`.
+#[inline(always)]
+pub fn shifted<S: Simd, const SHIFT: usize>(low: Vector<S>, high: Vector<S>) -> Vector<S> {
+    if SHIFT == 0 {
+        return low;
+    }
+    let [x, y, z] = low;
+    [x.slide::<SHIFT>(high[0]), y.slide::<SHIFT>(high[1]), z.slide::<SHIFT>(high[2])]
 }
 
 /// Stores four vectors at index `at` of a field.

@@ -11,7 +11,7 @@
 use fearless_simd::{Simd, f64x4};
 
 use crate::math::exact::sum;
-use crate::math::lanes::{Lanes, splat};
+use crate::math::lanes::{Lanes, Vector, add, zero};
 
 /// Sums over the nodes of a pack, or of all packs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,141 +71,78 @@ impl StepSums {
     }
 }
 
-/// Running sums of the four lanes over a pack. They add by rows of nodes, planes of rows, and all
-/// planes. Chains of additions are therefore short and the same for every caller.
-#[derive(Clone, Copy)]
-pub struct SumsByRow<S: Simd> {
-    row: RunningSum<S>,
-    plane: RunningSum<S>,
-    pack: RunningSum<S>,
-    /// Rows of a plane, and rows of the present plane so far.
-    rows: [usize; 2],
+/// Sums over the nodes of a pack that a loop over its nodes may take, in the order of their cost.
+/// A loop takes the first few of them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sum {
+    /// [`StepSums::free`].
+    Free,
+    /// [`StepSums::damping`], with the velocity before.
+    DampingBefore,
+    /// [`StepSums::damping`], with the velocity after.
+    DampingAfter,
+    /// [`StepSums::loads`], with the velocity before.
+    LoadsBefore,
+    /// [`StepSums::loads`], with the velocity after.
+    LoadsAfter,
+    /// [`StepSums::power`].
+    Power,
+    /// [`StepSums::moved`].
+    Moved,
+    /// [`StepSums::kinetic`].
+    Kinetic,
+    /// [`StepSums::change`].
+    Change,
 }
 
-#[derive(Clone, Copy)]
-struct RunningSum<S: Simd> {
-    free: f64x4<S>,
-    power: f64x4<S>,
-    loads: [f64x4<S>; 2],
-    damping: [f64x4<S>; 2],
-    kinetic: f64x4<S>,
-    change: f64x4<S>,
-    moved: f64x4<S>,
+impl Sum {
+    /// Number of sums.
+    pub const COUNT: usize = Self::Change as usize + 1;
 }
 
-impl<S: Simd> RunningSum<S> {
+/// The first `N` sums of the four lanes over the nodes of a pack. They add by component and by row
+/// of nodes. Chains of additions are therefore short and the same for every caller.
+#[derive(Clone, Copy)]
+pub struct NodeSums<S: Simd, const N: usize> {
+    row: [Vector<S>; N],
+    pack: [Vector<S>; N],
+}
+
+impl<S: Simd, const N: usize> NodeSums<S, N> {
+    /// Empty sums.
     #[inline(always)]
-    fn new(simd: S) -> Self {
-        let zero = splat(simd, 0.0);
-        let two = [zero; 2];
-        Self {
-            free: zero,
-            power: zero,
-            loads: two,
-            damping: two,
-            kinetic: zero,
-            change: zero,
-            moved: zero,
-        }
+    pub fn new(simd: S) -> Self {
+        Self { row: [zero(simd); N], pack: [zero(simd); N] }
     }
 
+    /// Adds the term of one component of one node to a sum.
     #[inline(always)]
-    fn add(&mut self, more: &Self) {
-        self.free += more.free;
-        self.power += more.power;
-        for side in 0..2 {
-            self.loads[side] += more.loads[side];
-            self.damping[side] += more.damping[side];
-        }
-        self.kinetic += more.kinetic;
-        self.change += more.change;
-        self.moved += more.moved;
-    }
-}
-
-impl<S: Simd> SumsByRow<S> {
-    /// Empty sums of blocks with some elements along each edge.
-    #[inline(always)]
-    pub fn new(simd: S, divisions: usize) -> Self {
-        let none = RunningSum::new(simd);
-        Self { row: none, plane: none, pack: none, rows: [divisions + 1, 0] }
+    pub fn add(&mut self, sum: Sum, component: usize, term: f64x4<S>) {
+        self.row[sum as usize][component] += term;
     }
 
     /// Ends a row, after its last node.
     #[inline(always)]
     pub fn end_row(&mut self, simd: S) {
-        self.plane.add(&self.row);
-        self.row = RunningSum::new(simd);
-        let [all, done] = &mut self.rows;
-        *done += 1;
-        if done == all {
-            *done = 0;
-            self.pack.add(&self.plane);
-            self.plane = RunningSum::new(simd);
+        for (pack, row) in self.pack.iter_mut().zip(&mut self.row) {
+            *pack = add(*pack, *row);
+            *row = zero(simd);
         }
-    }
-
-    /// Adds the square of the force on one component of one node.
-    #[inline(always)]
-    pub fn force(&mut self, force: f64x4<S>) {
-        self.row.free += force * force;
-    }
-
-    /// Adds the power of a load on one component of one node, with the velocities before and after.
-    #[inline(always)]
-    pub fn loaded(&mut self, load: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
-        self.row.loads[0] += load * before;
-        self.row.loads[1] += load * after;
-    }
-
-    /// Adds the power of a damping force `D` (against the motion), with the velocities before and
-    /// after.
-    #[inline(always)]
-    pub fn damped(&mut self, force: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
-        self.row.damping[0] += force * before;
-        self.row.damping[1] += force * after;
-    }
-
-    /// Adds the square of the force on a component, and its power with the velocity before, for
-    /// relaxation.
-    #[inline(always)]
-    pub fn relaxed(&mut self, force: f64x4<S>, old: f64x4<S>) {
-        self.row.free += force * force;
-        self.row.power += force * old;
-    }
-
-    /// Adds the power of the force on a component, and the square of its displacement increment,
-    /// for relaxation.
-    #[inline(always)]
-    pub fn moved(&mut self, force: f64x4<S>, new: f64x4<S>) {
-        self.row.power += force * new;
-        self.row.moved += new * new;
-    }
-
-    /// Adds kinetic energies `½ m v⁻ v⁺` from velocities half a step before and after.
-    #[inline(always)]
-    pub fn kinetic(&mut self, mass: f64x4<S>, before: f64x4<S>, after: f64x4<S>) {
-        self.row.kinetic += mass * before * after * 0.5;
-    }
-
-    /// Adds the terms of a velocity change `more`, if the step changes.
-    #[inline(always)]
-    pub fn change(&mut self, mass: f64x4<S>, before: f64x4<S>, more: f64x4<S>) {
-        self.row.power += mass * before * more;
-        self.row.change += mass * more * more * 0.5;
     }
 
     /// Writes the sums of the pack to `sums`.
     #[inline(always)]
     pub fn give(self, sums: &mut StepSums) {
-        debug_assert_eq!(self.rows[1], 0, "a plane has not ended");
-        let sum = |x: f64x4<S>| Lanes::from(x).sum();
-        sums.free = sum(self.pack.free);
-        sums.power = sum(self.pack.power);
-        sums.loads = self.pack.loads.map(sum);
-        sums.damping = self.pack.damping.map(sum);
-        sums.kinetic = sum(self.pack.kinetic);
-        sums.change = sum(self.pack.change);
-        sums.moved = sum(self.pack.moved);
+        let of = |sum: Sum| match self.pack.get(sum as usize) {
+            Some(&[x, y, z]) => Lanes::from(x + y + z).sum(),
+            None => 0.0,
+        };
+        sums.free = of(Sum::Free);
+        sums.damping = [of(Sum::DampingBefore), of(Sum::DampingAfter)];
+        sums.loads = [of(Sum::LoadsBefore), of(Sum::LoadsAfter)];
+        sums.power = of(Sum::Power);
+        sums.moved = of(Sum::Moved);
+        sums.kinetic = of(Sum::Kinetic);
+        sums.change = of(Sum::Change);
     }
 }

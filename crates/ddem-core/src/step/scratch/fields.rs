@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::TaskWorkspaces;
 use crate::model::boundary::ActiveBoundaries;
 use crate::model::conditions::ActiveConditions;
+use crate::state::pass::{Output, Workspace};
 use ddem_joint::broken::BrokenLattices;
 use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
@@ -75,33 +76,52 @@ pub(crate) struct Relaxing<'a> {
     pub(crate) poses: &'a mut [[Pose; LANES]],
 }
 
-/// Fields of the first pass, of a run of packs.
-pub(crate) struct FirstPassFields<'a> {
+/// Forces on a run of packs, and the working space of its task. The first pass computes them, the
+/// second one completes them.
+pub(crate) struct PackForces<'a> {
+    /// First pack.
+    pub(crate) first: usize,
     pub(crate) f: &'a mut [Lanes],
     /// Viscous forces; empty if blocks have never been viscous.
     pub(crate) viscous: &'a mut [Lanes],
-    pub(crate) neighbour_forces: &'a mut [Lanes],
     pub(crate) torques: &'a mut [[Lanes; 3]],
+    pub(crate) workspaces: &'a mut [TaskWorkspaces],
+}
+
+/// Joints of a run of packs in the first pass.
+pub(crate) struct PackJoints<'a> {
+    /// First pack.
+    pub(crate) first: usize,
     /// Strain energies; empty if they are not requested.
     pub(crate) energies: &'a mut [[Lanes; 2]],
     pub(crate) broken_joints: &'a mut [BrokenLattices],
     pub(crate) losses: &'a mut [Losses],
-    pub(crate) workspaces: &'a mut [TaskWorkspaces],
 }
 
-/// Fields of the second pass, of a run of packs.
+/// One pack in the first pass.
+pub(crate) struct FirstPassPack<'a> {
+    pub(crate) out: Output<'a>,
+    pub(crate) broken_joints: &'a mut BrokenLattices,
+    pub(crate) work: &'a mut Workspace,
+}
+
+/// Forces of the joints of a run of packs on neighbours.
+pub(crate) struct ForcesOnNeighbours<'a> {
+    /// First pack.
+    pub(crate) first: usize,
+    pub(crate) forces: &'a mut [Lanes],
+}
+
+/// Motion of a run of packs in the second pass.
 pub(crate) struct SecondPass<'a> {
+    /// First pack.
+    pub(super) first: usize,
     pub(super) conditions: &'a ActiveConditions,
     pub(super) boundaries: &'a ActiveBoundaries,
-    pub(super) blocks: BlockMotion<'a>,
-    pub(super) f: &'a mut [Lanes],
-    /// Viscous forces; empty if blocks have never been viscous.
-    pub(super) viscous: &'a mut [Lanes],
-    pub(super) torques: &'a mut [[Lanes; 3]],
+    pub(crate) blocks: BlockMotion<'a>,
     pub(super) sums: &'a mut [StepSums],
     pub(super) reactions: &'a mut [f64],
     pub(super) drags: &'a mut [[f64; 3]],
-    pub(super) workspaces: &'a mut [TaskWorkspaces],
 }
 
 /// Fields of one pack in the second pass.
@@ -128,35 +148,98 @@ impl PackFields<'_> {
     }
 }
 
-impl SecondPass<'_> {
-    /// Fields of pack `index`, whose blocks are `viscous` or not. The fields begin at pack `first`.
-    pub(crate) fn pack(
-        &mut self,
+impl PackForces<'_> {
+    /// The same forces, borrowed for a shorter time.
+    pub(crate) fn all(&mut self) -> PackForces<'_> {
+        PackForces {
+            first: self.first,
+            f: &mut *self.f,
+            viscous: &mut *self.viscous,
+            torques: &mut *self.torques,
+            workspaces: &mut *self.workspaces,
+        }
+    }
+
+    /// Places of the nodes of a pack.
+    fn nodes(&self, packs: &Packs, index: usize) -> Range<usize> {
+        let first = node_start(packs, self.first);
+        node_start(packs, index) - first..node_start(packs, index + 1) - first
+    }
+
+    /// Forces of pack `index` alone, which are kept in `f`.
+    pub(crate) fn alone<'b>(
+        &'b mut self,
         packs: &Packs,
-        first: usize,
+        index: usize,
+        f: &'b mut Vec<Lanes>,
+    ) -> PackForces<'b> {
+        let nodes = self.nodes(packs, index);
+        f.resize(nodes.len().max(f.len()), Lanes::ZERO);
+        PackForces {
+            first: index,
+            f: &mut f[..nodes.len()],
+            viscous: self.viscous.get_mut(nodes).unwrap_or_default(),
+            torques: &mut self.torques[index - self.first..=index - self.first],
+            workspaces: &mut *self.workspaces,
+        }
+    }
+}
+
+impl PackJoints<'_> {
+    /// Pack `index` in the first pass.
+    pub(crate) fn pack<'b>(
+        &'b mut self,
+        forces: &'b mut PackForces<'_>,
+        on_neighbours: &'b mut ForcesOnNeighbours<'_>,
+        packs: &Packs,
+        index: usize,
+    ) -> FirstPassPack<'b> {
+        let nodes = forces.nodes(packs, index);
+        let at = |pack: usize| {
+            neighbour_force_start(packs, pack) - neighbour_force_start(packs, on_neighbours.first)
+        };
+        let out = Output {
+            viscous: forces.viscous.get_mut(nodes.clone()),
+            f: &mut forces.f[nodes],
+            neighbour_forces: &mut on_neighbours.forces[at(index)..at(index + 1)],
+            torque: &mut forces.torques[index - forces.first],
+            energy: self.energies.get_mut(index - self.first),
+            losses: &mut self.losses[index - self.first],
+        };
+        let broken_joints = &mut self.broken_joints[index - self.first];
+        FirstPassPack { out, broken_joints, work: &mut forces.workspaces[0].elements }
+    }
+}
+
+impl SecondPass<'_> {
+    /// Fields of pack `index`, whose blocks are `viscous` or not.
+    pub(crate) fn pack<'b>(
+        &'b mut self,
+        forces: &'b mut PackForces<'_>,
+        packs: &Packs,
         index: usize,
         viscous: bool,
-    ) -> PackFields<'_> {
-        let node = node_start(packs, first);
-        let nodes = node_start(packs, index) - node..node_start(packs, index + 1) - node;
+    ) -> PackFields<'b> {
+        let first = self.first;
         let support = self.conditions.first_support(first);
         let supports = self.conditions.first_support(index) - support
             ..self.conditions.first_support(index + 1) - support;
         let drag = self.boundaries.first(first);
         let drags = self.boundaries.first(index) - drag..self.boundaries.first(index + 1) - drag;
-        let spaces = &mut self.workspaces[0];
+        let nodes = forces.nodes(packs, index);
+        let spaces = &mut forces.workspaces[0];
         if spaces.q.len() < nodes.len() {
             spaces.q.resize(nodes.len(), Lanes::ZERO);
         }
         PackFields {
-            blocks: self.blocks.pack(packs, first, index, nodes.clone()),
-            viscous: match self.viscous.get_mut(nodes.clone()) {
+            blocks: self.blocks.pack(packs, first, index),
+            viscous: match forces.viscous.get_mut(nodes.clone()) {
                 Some(own) if viscous => own,
                 _ => &mut [],
             },
             q: &mut spaces.q[..nodes.len()],
-            f: &mut self.f[nodes],
-            torque: &mut self.torques[index - first],
+            f: &mut forces.f[nodes],
+            torque: &mut forces.torques[index - forces.first],
             sums: &mut self.sums[index - first],
             reactions: &mut self.reactions[supports],
             drags: &mut self.drags[drags],
@@ -167,13 +250,9 @@ impl SecondPass<'_> {
 }
 
 impl BlockMotion<'_> {
-    fn pack(
-        &mut self,
-        packs: &Packs,
-        first: usize,
-        index: usize,
-        nodes: Range<usize>,
-    ) -> BlockMotion<'_> {
+    fn pack(&mut self, packs: &Packs, first: usize, index: usize) -> BlockMotion<'_> {
+        let node = node_start(packs, first);
+        let nodes = node_start(packs, index) - node..node_start(packs, index + 1) - node;
         let rigid = rigid_start(packs, first);
         let poses = rigid_start(packs, index) - rigid..rigid_start(packs, index + 1) - rigid;
         BlockMotion {
@@ -213,44 +292,55 @@ impl Split for Relaxing<'_> {
     }
 }
 
-impl Split for FirstPassFields<'_> {
+impl Split for PackForces<'_> {
     fn split(mut self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
         let nodes = node_start(packs, at) - node_start(packs, first);
-        let neighbour_forces =
-            neighbour_force_start(packs, at) - neighbour_force_start(packs, first);
         let low = Self {
+            first,
             f: cut(&mut self.f, nodes),
             viscous: cut(&mut self.viscous, nodes),
-            neighbour_forces: cut(&mut self.neighbour_forces, neighbour_forces),
             torques: cut(&mut self.torques, at - first),
+            workspaces: cut(&mut self.workspaces, low_runs),
+        };
+        (low, Self { first: at, ..self })
+    }
+}
+
+impl Split for PackJoints<'_> {
+    fn split(mut self, _: &Packs, first: usize, at: usize, _: usize) -> (Self, Self) {
+        let low = Self {
+            first,
             energies: cut(&mut self.energies, at - first),
             broken_joints: cut(&mut self.broken_joints, at - first),
             losses: cut(&mut self.losses, at - first),
-            workspaces: cut(&mut self.workspaces, low_runs),
         };
-        (low, self)
+        (low, Self { first: at, ..self })
+    }
+}
+
+impl Split for ForcesOnNeighbours<'_> {
+    fn split(mut self, packs: &Packs, first: usize, at: usize, _: usize) -> (Self, Self) {
+        let forces = neighbour_force_start(packs, at) - neighbour_force_start(packs, first);
+        let low = Self { first, forces: cut(&mut self.forces, forces) };
+        (low, Self { first: at, ..self })
     }
 }
 
 impl Split for SecondPass<'_> {
     fn split(mut self, packs: &Packs, first: usize, at: usize, low_runs: usize) -> (Self, Self) {
         let Self { conditions, boundaries, .. } = self;
-        let nodes = node_start(packs, at) - node_start(packs, first);
         let supports = conditions.first_support(at) - conditions.first_support(first);
         let (blocks, rest) = self.blocks.split(packs, first, at, low_runs);
         self.blocks = rest;
         let low = Self {
+            first,
             conditions,
             boundaries,
             blocks,
-            f: cut(&mut self.f, nodes),
-            viscous: cut(&mut self.viscous, nodes),
-            torques: cut(&mut self.torques, at - first),
             sums: cut(&mut self.sums, at - first),
             reactions: cut(&mut self.reactions, supports),
             drags: cut(&mut self.drags, boundaries.first(at) - boundaries.first(first)),
-            workspaces: cut(&mut self.workspaces, low_runs),
         };
-        (low, self)
+        (low, Self { first: at, ..self })
     }
 }

@@ -3,17 +3,21 @@
 mod fields;
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use fearless_simd::{Level, dispatch};
 
-use crate::force::neighbour_forces::{collect, spread_torque};
+use crate::force::neighbour_forces::{NeighbourForces, collect, spread_torque};
 use crate::force::rigid::RigidBlock;
 use crate::model::Model;
 use crate::state::State;
 use crate::state::pass::Workspace;
 use crate::state::view::StageView;
+use crate::step::Context;
+use crate::step::first::FirstPassFields;
 use crate::step::frames::{fit_pack, frame_of};
-use ddem_joint::broken::BrokenJoints;
+use crate::step::sweep::{Slab, slab_count, slabs};
+use ddem_joint::broken::{BrokenJoints, BrokenLattices};
 use ddem_joint::contact::Contacts;
 use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
@@ -24,7 +28,10 @@ use ddem_mechanics::rigid::Pose;
 use ddem_mesh::parallel::{each_pack, node_start, runs};
 
 use fields::BlockMotion;
-pub(crate) use fields::{Access, FirstPassFields, PackFields, Relaxing, SecondPass};
+pub(crate) use fields::{
+    Access, FirstPassPack, ForcesOnNeighbours, PackFields, PackForces, PackJoints, Relaxing,
+    SecondPass,
+};
 
 /// Forces, sums and working space.
 #[derive(Debug)]
@@ -57,6 +64,8 @@ pub(crate) struct Scratch {
     /// Runs of packs, one task each, with a working space each.
     runs: Vec<Range<usize>>,
     workspaces: Vec<TaskWorkspaces>,
+    /// Slabs of a sweep for a number of threads; `None` if two passes are faster.
+    pub(super) slabs: Option<(usize, Option<Arc<[Slab]>>)>,
     /// Instruction set of the kernels.
     pub(crate) level: Level,
 }
@@ -68,12 +77,26 @@ pub(super) struct StateMotion<'a> {
     pub(super) poses: Access<'a, [Pose; LANES]>,
 }
 
+/// Data of the second pass, or of a sweep.
+pub(super) struct StepFields<'a> {
+    pub(super) forces: PackForces<'a>,
+    pub(super) joints: PackJoints<'a>,
+    pub(super) on_neighbours: &'a mut [Lanes],
+    pub(super) second: SecondPass<'a>,
+    /// Runs of packs, one task each.
+    pub(super) runs: &'a [Range<usize>],
+    /// Instruction set.
+    pub(super) level: Level,
+}
+
 /// Working spaces of one task.
 #[derive(Debug, Default)]
 pub(crate) struct TaskWorkspaces {
     pub(super) elements: Workspace,
     /// Loads on one pack, or its accelerations in relaxation.
     pub(super) q: Vec<Lanes>,
+    /// Forces on one pack, in a sweep.
+    pub(super) f: Vec<Lanes>,
     /// Working space for a nodal field of one pack.
     pub(super) room: Vec<Lanes>,
 }
@@ -99,6 +122,7 @@ impl Scratch {
             drags: Vec::new(),
             workspaces: runs.iter().map(|_| TaskWorkspaces::default()).collect(),
             runs,
+            slabs: None,
             level,
         };
         scratch.fit(model, state);
@@ -139,8 +163,9 @@ impl Scratch {
     pub(crate) fn collect(&mut self, model: &Model, poses: &[[Pose; LANES]], linear: bool) {
         let (packs, level) = (&model.packs, self.level);
         let Self { f, neighbour_forces, torques, frames, .. } = self;
+        let joints = NeighbourForces::all(neighbour_forces);
         each_pack(packs, [f], torques, |index, [f], torque| {
-            dispatch!(level, simd => collect(simd, packs, index, neighbour_forces, f, torque));
+            dispatch!(level, simd => collect(simd, packs, index, joints, f, torque));
             let pack = &packs.packs[index];
             if pack.rigid && !linear {
                 let poses = poses[pack.rigid_start].iter().take(pack.filled);
@@ -152,7 +177,7 @@ impl Scratch {
                 let frame = &frames[index];
                 dispatch!(level, simd => {
                     let torque = load(simd, torque);
-                    spread_torque(simd, packs, &model.assembly, index, frame, torque, f)
+                    spread_torque(simd, packs, &model.assembly, index, frame, torque, None, f)
                 });
             }
         });
@@ -172,25 +197,45 @@ impl Scratch {
         [0, 1].map(|part| sum(self.energies.iter().map(|energy| energy[part].sum())))
     }
 
-    /// Borrows the data for the first pass.
-    pub(crate) fn forces<'a>(
+    /// Borrows the data for the first pass: fields, frames and runs of packs.
+    pub(super) fn forces<'a>(
         &'a mut self,
         broken_joints: &'a mut BrokenJoints,
         energies: bool,
         viscous: bool,
     ) -> (FirstPassFields<'a>, &'a [Frame], &'a [Range<usize>]) {
         self.has_viscous(viscous);
-        let fields = FirstPassFields {
+        let forces = PackForces {
+            first: 0,
             f: &mut self.f,
             viscous: &mut self.viscous,
-            neighbour_forces: &mut self.neighbour_forces,
             torques: &mut self.torques,
+            workspaces: &mut self.workspaces,
+        };
+        let joints = PackJoints {
+            first: 0,
             energies: if energies { &mut self.energies } else { &mut [] },
             broken_joints: &mut broken_joints.packs,
             losses: &mut self.losses,
-            workspaces: &mut self.workspaces,
         };
-        (fields, &self.frames, &self.runs)
+        let on_neighbours = ForcesOnNeighbours { first: 0, forces: &mut self.neighbour_forces };
+        ((forces, (joints, on_neighbours)), &self.frames, &self.runs)
+    }
+
+    /// Slabs of a sweep; `None` if the step takes two passes.
+    pub(super) fn slabs(&mut self, context: Context<'_>) -> Option<Arc<[Slab]>> {
+        if !context.is_unbreakable() {
+            return None;
+        }
+        let (packs, threads) = (&context.model.packs, rayon::current_num_threads());
+        if self.slabs.as_ref().is_none_or(|(known, _)| *known != threads) {
+            let count = slab_count(packs, threads);
+            self.slabs = Some((threads, count.map(|count| slabs(packs, count))));
+        }
+        let slabs = self.slabs.as_ref()?.1.clone()?;
+        let tasks = slabs.len().max(self.workspaces.len());
+        self.workspaces.resize_with(tasks, TaskWorkspaces::default);
+        Some(slabs)
     }
 
     /// Allocates viscous forces if there are any.
@@ -199,14 +244,14 @@ impl Scratch {
         self.viscous.resize(places, Lanes::ZERO);
     }
 
-    /// Borrows the data for the second pass: fields, neighbour forces, runs of packs, instruction
-    /// set.
+    /// Borrows the data for the second pass, or for a sweep with `broken_joints`.
     pub(super) fn second<'a>(
         &'a mut self,
         view: &'a StageView,
         viscous: bool,
         motions: StateMotion<'a>,
-    ) -> (SecondPass<'a>, &'a [Lanes], &'a [Range<usize>], Level) {
+        broken_joints: &'a mut [BrokenLattices],
+    ) -> StepFields<'a> {
         self.has_viscous(viscous);
         let StageView { conditions, boundaries, .. } = view;
         self.reactions.resize(conditions.supports.len(), 0.0);
@@ -216,19 +261,26 @@ impl Scratch {
             Access::Write(_) => Access::Write(&mut self.frames[..]),
             Access::Read(_) => Access::Read(&self.frames[..]),
         };
-        let fields = SecondPass {
-            conditions,
-            boundaries,
-            blocks: BlockMotion { frames, u, v, poses },
+        let forces = PackForces {
+            first: 0,
             f: &mut self.f,
             viscous: &mut self.viscous,
             torques: &mut self.torques,
+            workspaces: &mut self.workspaces,
+        };
+        let second = SecondPass {
+            first: 0,
+            conditions,
+            boundaries,
+            blocks: BlockMotion { frames, u, v, poses },
             sums: &mut self.sums,
             reactions: &mut self.reactions,
             drags: &mut self.drags,
-            workspaces: &mut self.workspaces,
         };
-        (fields, &self.neighbour_forces, &self.runs, self.level)
+        let losses = &mut self.losses;
+        let joints = PackJoints { first: 0, energies: &mut [], broken_joints, losses };
+        let (on_neighbours, runs, level) = (&mut self.neighbour_forces, &self.runs, self.level);
+        StepFields { forces, joints, on_neighbours, second, runs, level }
     }
 
     /// Borrows the data for the second pass of relaxation; the forces are complete and only read.
