@@ -107,7 +107,7 @@ pub fn rigid_start(packs: &Packs, pack: usize) -> usize {
     packs.packs.get(pack).map_or(packs.rigid, |p| p.rigid_start)
 }
 
-/// Index of a pack's first number in the shares. One past the last pack is allowed.
+/// Index of a pack's first number in the neighbour forces. One past the last pack is allowed.
 pub fn neighbour_force_start(packs: &Packs, pack: usize) -> usize {
     3 * packs.packs.get(pack).map_or(packs.neighbour_forces, |p| p.neighbour_force_start)
 }

@@ -12,14 +12,13 @@
 use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
-use super::joint_torque::{BrokenJointForces, grounds, part_torque};
 use crate::state::pass::{Input, Output, Workspace, half_work};
-use ddem_joint::broken::{BrokenLattice, SideDisplacements};
+use ddem_joint::broken::{BrokenLattice, SideDisplacements, SpringForces};
 use ddem_joint::kinematics::{
     ForceTarget, NodePositions, give_forces, joint_displacements, rotations, to_quarters,
 };
 use ddem_joint::losses::Losses;
-use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::element::corotation::{Frame, split_torque};
 use ddem_mechanics::element::lattice::{force, force_left};
 use ddem_mechanics::law::JointLaw;
 use ddem_mechanics::math::lanes::{
@@ -27,7 +26,7 @@ use ddem_mechanics::math::lanes::{
     times, transposed_times, zero,
 };
 use ddem_mesh::NO_JOINT;
-use ddem_mesh::joint_sections::FaceLattice;
+use ddem_mesh::joint_sections::{FaceLattice, JointSection};
 use ddem_mesh::pack::JointLattice;
 
 /// Checks the pairs of one joint lattice of a pack for failure and adds its forces: those of its
@@ -55,7 +54,7 @@ pub(crate) fn joint<S: Simd>(
         let du = fails.then_some(&work.du[..n]);
         let blocks = rotations(simd, input.moved, at);
         let grounds = match (&rotation, &blocks) {
-            (Some(mean), Some(blocks)) => grounds(simd, input, at, mean, blocks, broken),
+            (Some(mean), Some(blocks)) => input.grounds(simd, at, mean, blocks, broken),
             _ => [None; LANES],
         };
         let sides = SideDisplacements { local: &work.local[..n], du, grounds: &grounds };
@@ -218,6 +217,9 @@ fn any_fails<S: Simd>(
     (0..LANES).any(|lane| law(lane).is_some_and(|law| points(lane).any(|at| fails(law, at))))
 }
 
+/// Section of a broken joint, forces of its springs, and rotations of its two blocks.
+type BrokenJointForces<'a, S> = (&'a JointSection, SpringForces, Option<[Matrix<S>; 2]>);
+
 /// Adds the forces of a joint lattice to its nodes and its torque to its blocks.
 #[inline(always)]
 fn scatter_forces<S: Simd>(
@@ -284,6 +286,36 @@ fn moment<S: Simd>(simd: S, local: &[Lanes], g: &[Lanes]) -> Vector<S> {
         torque = add(torque, cross(u, g));
     }
     torque
+}
+
+/// Torques of a broken joint on its own block and on the other `[N m]`. `torque` is that of its
+/// elements, in the joint's frame.
+#[inline(always)]
+fn part_torque<S: Simd>(
+    simd: S,
+    input: Input<'_>,
+    at: JointLattice,
+    rotation: &Matrix<S>,
+    torque: Vector<S>,
+    (section, pull, blocks): BrokenJointForces<'_, S>,
+) -> [Vector<S>; 2] {
+    let (mut own, mut others) = (zero(simd), zero(simd));
+    let torque = add(torque, cross(load(simd, section.gap()), load(simd, &pull.force)));
+    let whole = times(rotation, torque);
+    if let Some(blocks) = blocks.filter(|_| pull.grounded.0 != [1.0; LANES]) {
+        [own, others] = split_torque(simd, blocks, rotation, whole);
+    }
+    // A held block takes the couple due to slip, and the whole torque if the springs rotate with
+    // it.
+    let couple = times(rotation, load(simd, &pull.couple));
+    let upper = input.moved.packs.packs[at.pack].upper[at.offset];
+    let part = input.own_part(upper, at.pack).load(simd);
+    let more = scale(couple, part - 0.5);
+    let grounded = [(own, part), (others, part * -1.0 + 1.0)]
+        .map(|(on, part)| scale(sub(scale(whole, part), on), pull.grounded.load(simd)));
+    own = add(own, add(more, grounded[0]));
+    others = add(others, sub(grounded[1], more));
+    [own, others]
 }
 
 /// Computes the local forces of the elements of a joint lattice into the working space. Returns the

@@ -7,7 +7,6 @@ pub(crate) mod contact;
 pub(crate) mod damping;
 pub(crate) mod external;
 pub(crate) mod joint;
-mod joint_torque;
 pub(crate) mod neighbour_forces;
 pub(crate) mod rigid;
 pub(crate) mod support;

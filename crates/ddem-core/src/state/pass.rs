@@ -1,11 +1,13 @@
 //! First pass of a step: its input, its output and its working space.
 
-use fearless_simd::{Simd, f64x4};
+use fearless_simd::{Select, Simd, SimdBase, f64x4};
+use nalgebra::Matrix3;
 
+use ddem_joint::broken::{BrokenLattice, GroundFrame};
 use ddem_joint::kinematics::NodePositions;
 use ddem_joint::losses::Losses;
 use ddem_joint::point::PairContext;
-use ddem_mechanics::math::lanes::{LANES, Lanes, splat};
+use ddem_mechanics::math::lanes::{LANES, Lanes, Matrix, splat, transposed_product};
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::in_situ::{InSitu, InSituLattice};
 use ddem_mesh::joint_sections::{FaceLattice, JointSections};
@@ -108,6 +110,38 @@ impl<'a> Input<'a> {
             Some((pack, there)) => 0.5 + 0.5 * (held(index, lane) - held(pack, there)),
             None => 0.5,
         }))
+    }
+
+    /// Frames of the ground blocks with which the springs of each lane rotate. The ground is the only
+    /// held block of a joint once all pairs have failed, until a contact replaces the joint. `mean` is
+    /// the rotation of the joint's frame.
+    #[inline(always)]
+    pub(crate) fn grounds<S: Simd>(
+        &self,
+        simd: S,
+        at: JointLattice,
+        mean: &Matrix<S>,
+        blocks: &[Matrix<S>; 2],
+        broken: &BrokenLattice,
+    ) -> [Option<GroundFrame>; LANES] {
+        let Some(FaceLattice { section, .. }) = self.face(at) else { return [None; LANES] };
+        let pack = &self.moved.packs.packs[at.pack];
+        let part = self.own_part(pack.upper[at.offset], at.pack);
+        let context = self.pair_context;
+        let stands: [bool; LANES] = std::array::from_fn(|lane| {
+            part.0[lane] != 0.5 && broken.has_failed_in_place(context, section, lane, pack.rigid)
+        });
+        if !context.turning || stands == [false; LANES] {
+            return [None; LANES];
+        }
+        let own = part.load(simd).simd_gt(splat(simd, 0.5));
+        let [a, b] = blocks;
+        let ground = [0, 1, 2].map(|i| [0, 1, 2].map(|j| own.select(a[i][j], b[i][j])));
+        let rows = transposed_product(mean, &ground).map(|row| row.map(Lanes::from));
+        std::array::from_fn(|lane| {
+            let turned = || Matrix3::from_fn(|i, j| rows[i][j].0[lane]);
+            stands[lane].then(|| GroundFrame::new(&turned(), section, lane))
+        })
     }
 }
 

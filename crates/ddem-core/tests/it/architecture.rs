@@ -119,7 +119,7 @@ fn name(text: &str) -> &str {
     &text[..end.unwrap_or(text.len())]
 }
 
-/// Type whose `impl` block begins on this line.
+/// Named type whose `impl` block begins on this line.
 fn implemented(line: &str) -> Option<&str> {
     let mut rest = line.strip_prefix("impl")?;
     let mut depth = 0;
@@ -131,7 +131,8 @@ fn implemented(line: &str) -> Option<&str> {
         rest = &rest[ends? + 1..];
     }
     let rest = rest.split_once(" for ").map_or(rest, |(_, of)| of);
-    Some(name(rest.trim_start_matches([' ', '&'])))
+    // A tuple has no name and no row.
+    Some(name(rest.trim_start_matches([' ', '&']))).filter(|name| !name.is_empty())
 }
 
 #[test]

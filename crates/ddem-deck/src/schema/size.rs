@@ -36,16 +36,17 @@ impl Size {
             }
             size.blocks += blocks;
             size.nodes += blocks * n.powi(3);
-            // State, forces and a frame of output for each node; joint shares and neighbours for
-            // each block.
-            let shares = 3.0 * n * n + 3.0 * n + 8.0;
+            // State, forces and a frame of output for each node; forces on neighbours and their
+            // numbers for each block.
+            let neighbour_forces = 3.0 * n * n + 3.0 * n + 8.0;
             // Uneven blocks do not share the tables of their elements and nodes.
             let own = if edges.is_some() { 40e3 + n.powi(3) * 300.0 } else { 0.0 };
             // Blocks are stored in groups of four.
             let blocks = (blocks / 4.0).ceil() * 4.0;
             // History of the pairs, in the state and in a measurement of it.
             let pairs = if can_fail { 3.0 * n * n * 104.0 * 2.0 } else { 0.0 };
-            size.bytes += blocks * (n.powi(3) * 190.0 + shares * 24.0 + 900.0 + own + pairs);
+            size.bytes +=
+                blocks * (n.powi(3) * 190.0 + neighbour_forces * 24.0 + 900.0 + own + pairs);
         }
         size
     }
