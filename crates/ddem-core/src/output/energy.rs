@@ -23,7 +23,8 @@ pub struct Energy {
     /// part within a step. It is a numerical error of the method.
     pub contact: f64,
     /// Work of loads, gravity and driven supports so far.
-    pub external: f64,
+    #[serde(alias = "external")]
+    pub external_work: f64,
     /// Kinetic + strain + damping + friction + fracture + contact − external work − initial energy.
     /// It is zero to rounding; in large rotations and failure the time step adds an error.
     pub balance: f64,
@@ -50,7 +51,7 @@ impl Energy {
         kinetic: f64,
         [blocks, joints]: [f64; 2],
         [damping, friction, fracture, contact]: [f64; 4],
-        external: f64,
+        external_work: f64,
         [initial, worked]: [f64; 2],
     ) -> Self {
         let mut energy = Self {
@@ -61,9 +62,9 @@ impl Energy {
             friction,
             fracture,
             contact,
-            external,
+            external_work,
             balance: kinetic + blocks + joints + (damping + friction + fracture + contact)
-                - external
+                - external_work
                 - initial,
             largest: 0.0,
         };
@@ -92,7 +93,7 @@ impl Energy {
             self.fracture,
             self.contact,
             self.damping,
-            self.external,
+            self.external_work,
             self.balance,
         ]
     }

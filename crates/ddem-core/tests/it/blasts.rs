@@ -86,7 +86,7 @@ fn flying_and_colliding_fragments_keep_momentum() {
     assert!(fragments.len() > 100 && across > 10, "{} {across}", fragments.len());
     assert!(worst[0] < 1e-12 && worst[1] < 1e-9, "{worst:?}");
     assert!(deep < 0.01, "{deep}");
-    assert!(energy.balance.abs() < 1e-2 * energy.external, "{energy:?}");
+    assert!(energy.balance.abs() < 1e-2 * energy.external_work, "{energy:?}");
 }
 
 /// Warnings name the faces and joints on which the gas does not act.

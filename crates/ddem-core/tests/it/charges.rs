@@ -86,8 +86,8 @@ fn gas_in_closed_cavity_keeps_momentum_and_does_expansion_work() {
                 let part = start.volume / now.volume;
                 let exact = 2e8 * start.volume / 2.0 * (1.0 - part * part);
                 let energy = simulation.energy();
-                let error = energy.external / exact - 1.0;
-                println!("{case}: work of the gas {:.6e} J, {error:.1e} off", energy.external);
+                let error = energy.external_work / exact - 1.0;
+                println!("{case}: work of the gas {:.6e} J, {error:.1e} off", energy.external_work);
                 assert!(error.abs() < 1e-3, "{case}: {error}");
                 assert!(energy.balance.abs() < 1e-5 * exact, "{case}: {energy:?}");
             }
@@ -157,7 +157,7 @@ fn steps_are_stable_for_stiff_gas() {
     let own = 0.02 / 1630.0;
     let all = 1.05e10 * own / 1.7;
     let energy = simulation.energy();
-    assert!(energy.external < 2.0 * all && energy.kinetic < 2.0 * all, "{energy:?} of {all}");
+    assert!(energy.external_work < 2.0 * all && energy.kinetic < 2.0 * all, "{energy:?} of {all}");
 }
 
 /// Without a cavity the gas pushes the joints open.
@@ -183,7 +183,7 @@ fn gas_without_cavity_opens_joints() {
         let own = 2.0 / 1150.0;
         let part = own / (own + now.volume - start.volume);
         let exact = start.pressure * own / 2.0 * (1.0 - part * part);
-        let work = simulation.energy().external;
+        let work = simulation.energy().external_work;
         println!("{body:?}: work {work:.6e} J, {:.1e} off", work / exact - 1.0);
         assert!((work / exact - 1.0).abs() < 1e-2, "{work} {exact}");
     }
@@ -205,9 +205,9 @@ fn gas_vents_past_displaced_wall() {
     run(&mut simulation, Damping::None, TimeStep::Seconds(1e-6), 1);
     simulation.set_displacements(&vec![[0.0; 3]; moved.len()]);
     assert!(state(&simulation, 0).vented);
-    let work = simulation.energy().external;
+    let work = simulation.energy().external_work;
     more(&mut simulation, 20);
-    assert_eq!(simulation.energy().external, work);
+    assert_eq!(simulation.energy().external_work, work);
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn excavated_face_moves_by_elastic_unloading() {
         let drop = 8e6 / 3.0;
         assert!((stress[0] - (-3e6 + drop)).abs() < 1e-5 * 8e6, "{stress:?}");
         let energy = simulation.energy();
-        let size = energy.strain_bodies.abs() + energy.external.abs();
+        let size = energy.strain_bodies.abs() + energy.external_work.abs();
         assert!(energy.balance.abs() < 1e-9 * size, "{energy:?}");
         assert!(simulation.model().is_removed(3) && !simulation.model().is_removed(1));
         assert_eq!(simulation.stress(3, [0; 3]), [0.0; 6]);
@@ -117,7 +117,7 @@ fn dynamic_release_resumes_with_same_bits_and_balances() {
     );
     let energy = whole.energy();
     assert!(energy.kinetic > 0.01, "{energy:?}");
-    let size = energy.strain_bodies.abs() + energy.external.abs();
+    let size = energy.strain_bodies.abs() + energy.external_work.abs();
     assert!(energy.balance.abs() < 1e-10 * size, "{energy:?}");
 }
 
@@ -229,7 +229,7 @@ fn nonconforming_joints_are_removed_with_their_blocks() {
     assert_eq!(bits(&whole.displacements()), bits(&again.displacements()));
     assert_eq!(bits(&whole.tractions()), bits(&again.tractions()));
     let energy = whole.energy();
-    let size = energy.strain_bodies.abs() + energy.external.abs();
+    let size = energy.strain_bodies.abs() + energy.external_work.abs();
     assert!(energy.kinetic > 0.01 && energy.balance.abs() < 1e-6 * size, "{energy:?}");
     // One block, and the eight parts of the next.
     let left: Vec<usize> = whole.fragments().into_iter().flat_map(|f| f.blocks).collect();

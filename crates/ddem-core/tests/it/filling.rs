@@ -72,7 +72,8 @@ struct Filled {
 /// `every` steps.
 fn fall(deck: &Deck, width: f64, times: [f64; 2], every: usize) -> Filled {
     let mut simulation = simulation(deck);
-    let held = |e: ddem_core::Energy| e.kinetic + e.strain_bodies + e.strain_joints - e.external;
+    let held =
+        |e: ddem_core::Energy| e.kinetic + e.strain_bodies + e.strain_joints - e.external_work;
     let mut found = Filled::default();
     let (mut lowest, mut fell) = (f64::INFINITY, 0.0_f64);
     for (alpha, time) in [0.1, 0.8].into_iter().zip(times) {
@@ -86,7 +87,7 @@ fn fall(deck: &Deck, width: f64, times: [f64; 2], every: usize) -> Filled {
             found.seconds += clock.elapsed().as_secs_f64();
             if at % every == 0 || at + 1 == count {
                 let energy = simulation.energy();
-                fell = fell.max(energy.external.abs());
+                fell = fell.max(energy.external_work.abs());
                 lowest = lowest.min(held(energy));
                 found.grown = found.grown.max(held(energy) - lowest);
                 found.deep_at_rest = deepest(&all_corners(&simulation), 5).0;

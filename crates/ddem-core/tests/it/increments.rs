@@ -190,7 +190,7 @@ fn lifting_support_works_against_gravity() {
         // The difference excludes the work of gravity when the weight was applied.
         let work = 2400.0 * 9.81 * 0.1;
         for (what, off) in [
-            ("work of all", after.external - before.external),
+            ("work of all", after.external_work - before.external_work),
             ("balance", after.balance - before.balance),
         ] {
             assert!(off.abs() < 1e-6 * work, "{body:?}: {what} {off:e} of {work:e}");

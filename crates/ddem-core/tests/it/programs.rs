@@ -63,8 +63,8 @@ fn applied_forces_equal_a_load() {
             assert!((0..3).all(|c| (a[c] - b[c]).abs() <= size), "{a:?} {b:?}");
         }
         let (a, b) = (loaded.energy(), pushed.energy());
-        assert!((a.external - b.external).abs() < 1e-10 * a.external.abs());
-        assert!((a.balance - b.balance).abs() < 1e-10 * b.external.abs(), "{a:?} {b:?}");
+        assert!((a.external_work - b.external_work).abs() < 1e-10 * a.external_work.abs());
+        assert!((a.balance - b.balance).abs() < 1e-10 * b.external_work.abs(), "{a:?} {b:?}");
     }
 }
 

@@ -112,7 +112,8 @@ fn run(deck: &Deck, simulation: &mut Simulation, damping: Damping) -> Result<(),
 fn imbalance(energy: &Energy, first: &Energy) -> f64 {
     let strain = energy.strain_joints + energy.strain_bodies;
     let lost = energy.friction.abs() + energy.damping.abs();
-    let size = energy.kinetic.max(first.kinetic).max(energy.external.abs()).max(strain).max(lost);
+    let size =
+        energy.kinetic.max(first.kinetic).max(energy.external_work.abs()).max(strain).max(lost);
     energy.balance.abs() / size.max(1e-9)
 }
 

@@ -159,7 +159,7 @@ fn checkpoint_between_stages_resumes() {
     }
     assert!(state_bits(&mut resumed) == state_bits(&mut whole), "settled");
     let energy = whole.energy();
-    assert!(energy.balance.abs() < 1e-3 * energy.external.abs(), "{energy:?}");
+    assert!(energy.balance.abs() < 1e-3 * energy.external_work.abs(), "{energy:?}");
 }
 
 /// `increments` apply loads in equal parts from their previous values: displacements of the linear

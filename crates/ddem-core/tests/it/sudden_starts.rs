@@ -30,7 +30,7 @@ fn sudden_support_does_work_of_half_m_v_squared() {
         let energy = simulation.energy();
         let wanted = 0.5 * 2400.0 * (0.09 + 0.16 + 1.44);
         assert!((energy.kinetic / wanted - 1.0).abs() < 1e-12, "{energy:?}");
-        assert!((energy.external / wanted - 1.0).abs() < 1e-12, "{energy:?}");
+        assert!((energy.external_work / wanted - 1.0).abs() < 1e-12, "{energy:?}");
         assert!(energy.balance.abs() < 1e-10 * wanted, "{energy:?}");
     }
 }
@@ -97,7 +97,7 @@ fn kinetic_energy_is_never_negative_at_start() {
                 assert!(simulation.energy().kinetic >= 0.0);
             }
             let energy = simulation.energy();
-            most = most.max(energy.balance.abs() / energy.kinetic.max(energy.external.abs()));
+            most = most.max(energy.balance.abs() / energy.kinetic.max(energy.external_work.abs()));
         }
         let order = if divisions > 0 { 1e-10 } else { 1e-4 };
         println!("{seed} {divisions} {damping:?}: balance {most:.1e}");

@@ -83,7 +83,7 @@ fn fly(mut deck: Deck, time: f64) -> Kept {
     let mut simulation = simulation(&deck);
     let start = simulation.start(Damping::None, TimeStep::Auto, None);
     start.unwrap_or_else(|error| panic!("{error}"));
-    let held = |e: Energy| e.kinetic + e.strain_bodies + e.strain_joints - e.external;
+    let held = |e: Energy| e.kinetic + e.strain_bodies + e.strain_joints - e.external_work;
     let first = held(simulation.energy());
     let (mut kept, mut lowest, mut touching) = (Kept::default(), first, false);
     for _ in 0..(time / simulation.time_step()) as usize / 8 {

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::lint::{Code, Diagnostic};
 use crate::schema::decimal::shifted;
 use crate::schema::names::segment;
-use crate::schema::{Damping, Deck, History, Joint, Material};
+use crate::schema::{BlockSet, Damping, Deck, History, Joint, Material};
 
 /// Moduli below this are those of jelly `[Pa]`.
 const SOFTEST: f64 = 1e5;
@@ -19,6 +19,8 @@ const SMALLEST: f64 = 2.0;
 const WEAKEST: f64 = 1e3;
 /// Stiffnesses of joints below this are those of cushions `[Pa/m]`.
 const SLACKEST: f64 = 1e5;
+/// Blocks whose shortest edge is longer than this are larger than any in rock engineering `[m]`.
+const LONGEST: f64 = 300.0;
 /// Restitution of critical damping, the smallest that a dashpot that never pulls can give.
 const CRITICAL: f64 = 0.135;
 
@@ -45,6 +47,9 @@ pub(super) fn units(deck: &Deck) -> Vec<Diagnostic> {
             residual_friction.and_then(|angle| coefficient(&at, "residual_friction", angle)),
         );
     }
+    for (index, set) in deck.blocks.iter().enumerate() {
+        warnings.extend(lengths(&format!("blocks[{index}]"), set));
+    }
     warnings.extend(loads(deck));
     for (index, stage) in deck.stage.iter().enumerate() {
         if let Some(Damping::Ratio(ratio)) = stage.damping
@@ -65,6 +70,18 @@ pub(super) fn units(deck: &Deck) -> Vec<Diagnostic> {
             .help("a stage with `damping = { local = 0.8 }` brings blocks to rest")
     }));
     warnings
+}
+
+/// Warning about the edges of the blocks of a lattice.
+fn lengths(at: &str, set: &BlockSet) -> Option<Diagnostic> {
+    let (size, count) = (set.size?, set.count());
+    let shortest =
+        (0..3).map(|k| size[k] / f64::from(count[k].max(1))).fold(f64::INFINITY, f64::min);
+    (shortest > LONGEST).then(|| {
+        let message = format!("the shortest edge of the blocks is {shortest} m");
+        let help = format!("{shortest} mm are {} m", shifted(shortest, -3));
+        suspicious(format!("{at}.size"), message, help)
+    })
 }
 
 /// Warnings about strengths and stiffnesses of a joint.

@@ -411,3 +411,17 @@ fn warnings_about_units() {
     ];
     assert_eq!(warnings, expected);
 }
+
+#[test]
+fn warnings_about_lengths_in_millimetres() {
+    let of_edge = |edge: f64| {
+        let mut deck = deck([1, 1, 2], [edge, edge, 2.0 * edge], 2, 0.01);
+        deck.joints.values_mut().for_each(|joint| joint.thickness = 0.01 * edge);
+        let about = warnings(&deck).into_iter().filter(|warning| warning.contains("shortest edge"));
+        about.collect::<Vec<_>>()
+    };
+    assert!(of_edge(300.0).is_empty(), "{:?}", of_edge(300.0));
+    let expected = "blocks[0].size: the shortest edge of the blocks is 1500 m; 1500 mm are 1.5 m \
+                    [suspicious-unit]";
+    assert_eq!(of_edge(1500.0), [expected]);
+}

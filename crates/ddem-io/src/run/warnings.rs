@@ -45,7 +45,7 @@ pub(super) fn undamped_sliding(
         return None;
     }
     let energy = simulation.energy();
-    let most = energy.kinetic.max(energy.external.abs());
+    let most = energy.kinetic.max(energy.external_work.abs());
     let model = simulation.model();
     let rigid = (0..model.n_blocks()).all(|block| model.is_rigid(block));
     (!rigid && energy.friction - begun.friction > SLID * most).then(|| {

@@ -3,7 +3,8 @@
 use std::fmt;
 
 use ddem_core::{
-    ContactSummary, Energy, JointSummary, Largest, MovingBlock, Reaction, StateSummary, undecided,
+    ContactSummary, Energy, JointSummary, Largest, MovingBlock, Reaction, StateSummary, Verdict,
+    undecided,
 };
 
 use super::{StageSummary, Summary};
@@ -113,15 +114,24 @@ fn contacts(ContactSummary { block_pairs, sliding, open, .. }: &ContactSummary) 
 
 fn energy(energy: &Energy) -> String {
     let Energy {
-        kinetic, strain_bodies, strain_joints, friction, fracture, damping, external, ..
+        kinetic,
+        strain_bodies,
+        strain_joints,
+        friction,
+        fracture,
+        contact,
+        damping,
+        external_work,
+        ..
     } = *energy;
     let parts = [
         ("kinetic", kinetic),
         ("strain", strain_bodies + strain_joints),
         ("friction", friction),
         ("fracture", fracture),
+        ("contact", contact),
         ("damping", damping),
-        ("external work", external),
+        ("external work", external_work),
     ];
     let least = (1e-9 * energy.largest).max(LEAST_ENERGY);
     let there = parts.iter().filter(|(_, value)| value.abs() > least);
@@ -173,11 +183,11 @@ impl fmt::Display for StageSummary {
                 line(f, "frames", &format!("of the {trial} trial, strengths / {unstable:.4}"))?;
             }
             moving(f, &self.moving)?;
-            line(
-                f,
-                "verdict",
-                &format!("{}; the lines below are of the start of the search", self.verdict),
-            )?;
+            // Without an equilibrium before the search there is no state worth a description.
+            if self.verdict != Verdict::AtRest {
+                return line(f, "verdict", &format!("{} with its own strengths", self.verdict));
+            }
+            line(f, "verdict", "at rest before the search, in this state:")?;
         } else {
             line(f, "verdict", &self.verdict.to_string())?;
             moving(f, &self.moving)?;
