@@ -120,7 +120,7 @@ pub fn joint_displacements<S: Simd>(
 ) -> Option<Matrix<S>> {
     let JointLattice { pack: index, offset } = at;
     let pack = &moved.packs.packs[index];
-    let parts = &moved.packs.shape_of(pack).parts[offset];
+    let parts = &moved.packs.numbering_of(pack).parts[offset];
     let frame = moved.frame(index).map(|frame| {
         let mut sum = frame.matrix(simd);
         for part in &parts[1..] {

@@ -13,7 +13,7 @@ use ddem_mechanics::law::{
 
 /// Slip or opening of a failed pair, as a fraction of the spacing of pairs, beyond which the
 /// remaining bonded pairs fail too: the joint has rotated too far for node pairs.
-const TURNED: f64 = 0.5;
+const ROTATED: f64 = 0.5;
 
 /// A pair of points of a joint, also of a released one, or of two blocks in contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -46,7 +46,7 @@ pub struct PairContext<'a> {
     pub failure_divisor: Option<f64>,
     /// True if joints that have rotated release their bonded pairs, so that contacts can replace
     /// the joints.
-    pub turning: bool,
+    pub releases_rotated_joints: bool,
     /// True if slip continues from the last equilibrium, not from the last step.
     pub relaxing: bool,
     /// True if failed pairs and contacts have no dashpots.
@@ -76,18 +76,18 @@ impl<'a> PairContext<'a> {
 
 impl JointPoint {
     /// Mode in which a bonded pair fails under a traction; `None` if it does not fail. If its joint
-    /// has `turned`, a pair with cohesion or tension that can carry the traction also fails, in
+    /// `has_rotated`, a pair with cohesion or tension that can carry the traction also fails, in
     /// shear.
     pub(super) fn fails<L: JointLaw + ?Sized>(
         &self,
         law: &L,
         context: PairContext<'_>,
         traction: Traction,
-        turned: bool,
+        has_rotated: bool,
     ) -> Option<FailureMode> {
         let factor = context.failure_divisor.filter(|_| self.failure.is_none())?;
         let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
-        failure.or((turned && law.bonds()).then_some(FailureMode::Shear))
+        failure.or((has_rotated && law.bonds()).then_some(FailureMode::Shear))
     }
 
     /// Marks a bonded pair as failed if it fails under a traction. Returns true if it does.
@@ -96,10 +96,10 @@ impl JointPoint {
         law: &L,
         context: PairContext<'_>,
         traction: Traction,
-        turned: bool,
+        has_rotated: bool,
         losses: &mut Losses,
     ) -> bool {
-        let mode = self.fails(law, context, traction, turned);
+        let mode = self.fails(law, context, traction, has_rotated);
         if let Some(mode) = mode {
             self.failure = Some(PairFailure { mode, time: context.time });
             losses.failed[usize::from(mode == FailureMode::Tension)] += 1;
@@ -112,18 +112,18 @@ impl JointPoint {
         self.state = PointState { traction, gap, ..PointState::default() };
     }
 
-    /// Updates the tractions of the springs for the vector `apart` between the sides. Without a law
-    /// they are elastic. Returns the losses `[J/m²]`. `du` is the displacement increment of the
-    /// last step; it is given for a pair that has just failed.
+    /// Updates the tractions of the springs for the vector `relative_position` between the sides.
+    /// Without a law they are elastic. Returns the losses `[J/m²]`. `du` is the displacement
+    /// increment of the last step; it is given for a pair that has just failed.
     #[inline(always)]
     pub(super) fn update<L: JointLaw + ?Sized>(
         &mut self,
         law: Option<&L>,
         springs: &PointSprings,
-        apart: Vector3<f64>,
+        relative_position: Vector3<f64>,
         du: Option<Vector3<f64>>,
     ) -> PointLoss {
-        let own = apart - self.origin;
+        let own = relative_position - self.origin;
         let Some(law) = law else {
             (self.state.traction, self.state.gap) = (elastic(springs.stiffness, own), own.x);
             return PointLoss::default();
@@ -137,9 +137,13 @@ impl JointPoint {
         loss
     }
 
-    /// Elastic tractions for the vector `apart` between the sides `[Pa]`.
-    pub(super) fn elastic(&self, stiffness: SpringStiffness, apart: Vector3<f64>) -> Traction {
-        elastic(stiffness, apart - self.origin)
+    /// Elastic tractions for the vector `relative_position` between the sides `[Pa]`.
+    pub(super) fn elastic(
+        &self,
+        stiffness: SpringStiffness,
+        relative_position: Vector3<f64>,
+    ) -> Traction {
+        elastic(stiffness, relative_position - self.origin)
     }
 
     /// Stores the present state as equilibrium if none is stored.
@@ -153,20 +157,20 @@ impl JointPoint {
     pub fn remove_springs(&mut self) {
         self.area = 0.0;
         self.state.traction = Traction::default();
-        (self.state.drag, self.state.account) = ([0.0; 2], 0.0);
+        (self.state.added_tractions, self.state.energy_excess) = ([0.0; 2], 0.0);
     }
 
-    /// Negative account: energy returned in excess `[J]`, at most 0.
-    pub(super) fn debt(&self) -> f64 {
-        self.area * self.state.account.min(0.0)
+    /// Energy deficit: energy returned in excess `[J]`, at most 0.
+    pub(super) fn energy_deficit(&self) -> f64 {
+        self.area * self.state.energy_excess.min(0.0)
     }
 }
 
 /// True if a failed pair of a joint has slid or opened so far that the joint has rotated about its
 /// bonded pairs. `spacing` is the spacing of the pairs `[m]`.
-pub fn turned<'a>(points: impl IntoIterator<Item = &'a JointPoint>, spacing: f64) -> bool {
+pub fn has_rotated<'a>(points: impl IntoIterator<Item = &'a JointPoint>, spacing: f64) -> bool {
     let mut failed = points.into_iter().filter(|point| point.failure.is_some());
-    failed.any(|JointPoint { state, .. }| state.gap.max(state.slip.norm()) > TURNED * spacing)
+    failed.any(|JointPoint { state, .. }| state.gap.max(state.slip.norm()) > ROTATED * spacing)
 }
 
 fn elastic(stiffness: SpringStiffness, own: Vector3<f64>) -> Traction {
@@ -174,11 +178,11 @@ fn elastic(stiffness: SpringStiffness, own: Vector3<f64>) -> Traction {
 }
 
 /// Normal and shear components of a vector along the joint's own axes.
-pub(super) fn split(v: Vector3<f64>) -> Traction {
+pub(super) fn components(v: Vector3<f64>) -> Traction {
     Traction { normal: v.x, shear: v.yz() }
 }
 
 /// Vector along the joint's own axes with given normal and shear components.
-pub fn joined(normal: f64, shear: Vector2<f64>) -> Vector3<f64> {
+pub fn vector(normal: f64, shear: Vector2<f64>) -> Vector3<f64> {
     Vector3::new(normal, shear.x, shear.y)
 }

@@ -182,7 +182,8 @@ impl Assembly {
         }
         let mut index = HashMap::new();
         for pack in &packs.packs {
-            let inertia = Inertia::gather(geometry, packs.shape_of(pack).divisions, pack, &nodes);
+            let inertia =
+                Inertia::gather(geometry, packs.numbering_of(pack).divisions, pack, &nodes);
             let key: Vec<u64> = inertia.numbers().map(f64::to_bits).collect();
             let list = &mut self.inertia;
             self.pack_inertia.push(*index.entry(key).or_insert_with(|| {
@@ -214,9 +215,9 @@ fn rigid_matter(
         MassProperties::new(mass, edges, Vector3::new(sum[1], sum[2], sum[3]))
     };
     let mass_properties = pack.blocks.map(mass_properties);
-    let there = pack.blocks[..pack.filled].iter().zip(&mass_properties);
+    let bodies = pack.blocks[..pack.filled].iter().zip(&mass_properties);
     for (&block, mass_properties) in
-        there.filter(|(block, _)| !geometry.is_removed(**block as usize))
+        bodies.filter(|(block, _)| !geometry.is_removed(**block as usize))
     {
         let first = geometry.blocks[block as usize].first_node as usize;
         nodes[first..first + 8].iter_mut().for_each(|node| node[0] = mass_properties.mass / 8.0);
@@ -266,23 +267,23 @@ fn scatter(
     element: &Element,
     nodes: &mut [[f64; 4]],
 ) {
-    let shape = packs.shape_of(pack);
-    let dims = shape.dims(offset);
+    let numbering = packs.numbering_of(pack);
+    let dims = numbering.dims(offset);
     let block = pack.blocks[lane] as usize;
     let first: [usize; 8] = std::array::from_fn(|part| {
         let step = [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
-        let there = if part & !offset == 0 { geometry.neighbour(block, step) } else { None };
-        there.map_or(0, |b| geometry.blocks[b].first_node as usize)
+        let other = if part & !offset == 0 { geometry.neighbour(block, step) } else { None };
+        other.map_or(0, |b| geometry.blocks[b].first_node as usize)
     });
     let [nx, ny, nz] = dims.map(|n| n + 1);
     let cells = (0..dims[2])
         .flat_map(|k| (0..dims[1]).flat_map(move |j| (0..dims[0]).map(move |i| [i, j, k])));
     let mass = element.elastic.density * element.volume / 8.0;
-    debug_assert!(offset == 0 || shape.joints[offset].len() == nx * ny * nz);
+    debug_assert!(offset == 0 || numbering.joints[offset].len() == nx * ny * nz);
     for [i, j, k] in cells {
         for corner in 0..8 {
             let at = i + (corner & 1) + nx * (j + (corner >> 1 & 1) + ny * (k + (corner >> 2)));
-            let node = match shape.joints[offset].get(at) {
+            let node = match numbering.joints[offset].get(at) {
                 Some(node) => first[node.offset] + node.local,
                 None => first[0] + at,
             };
@@ -306,14 +307,14 @@ fn scatter_springs(
 ) {
     let Some(section) = sections.get(index, d) else { return };
     let pack = &packs.packs[index];
-    let shape = packs.shape_of(pack);
+    let numbering = packs.numbering_of(pack);
     for lane in (0..pack.filled).filter(|&lane| section.springs[lane]) {
         let a = pack.blocks[lane] as usize;
         let Some(b) = geometry.above(a, d) else { continue };
         let first = [a, b].map(|block| geometry.blocks[block].first_node as usize);
-        for node_pair in &shape.pairs[d] {
+        for node_pair in &numbering.pairs[d] {
             for (side, first) in node_pair.sides.iter().zip(first) {
-                let sums = &mut nodes[first + shape.joints[1 << d][*side].local];
+                let sums = &mut nodes[first + numbering.joints[1 << d][*side].local];
                 for (c, k) in section.diagonal(lane).into_iter().enumerate() {
                     sums[1 + c] += k * node_pair.elements().len() as f64;
                 }

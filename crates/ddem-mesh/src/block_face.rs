@@ -5,7 +5,7 @@ use ddem_mechanics::collide::FaceId;
 
 /// Node of a face, sine of the angle between the edges of the face, and lengths of the node along
 /// the two edges after the normal, towards their lower and upper ends `[m]`.
-pub type Strip = (u32, f64, [[f64; 2]; 2]);
+pub type TributaryLengths = (u32, f64, [[f64; 2]; 2]);
 
 /// Face of a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -102,7 +102,7 @@ impl BlockFace {
     /// Corners, moved across the gaps beside the face `[m]`: the areas of its nodes extend that
     /// far.
     #[must_use]
-    pub fn reach(&self, geometry: &Geometry) -> [Vec3; 4] {
+    pub fn extended_corners(&self, geometry: &Geometry) -> [Vec3; 4] {
         self.steps(geometry).map(|at| {
             let x = geometry.position(self.block, at);
             let beside = (0..3).filter(|&d| d != self.face.direction).filter_map(|d| {

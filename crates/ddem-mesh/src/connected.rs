@@ -14,10 +14,10 @@ pub fn is_connected(geometry: &Geometry) -> bool {
 /// one group; with `contacts` so are blocks of sets that touch.
 pub fn connected(geometry: &Geometry, contacts: bool) -> Vec<usize> {
     let n = geometry.blocks.len();
-    let there = || (0..n).filter(|&block| !geometry.is_removed(block));
+    let existing = || (0..n).filter(|&block| !geometry.is_removed(block));
     // The lattices have numbers after the blocks.
     let mut groups = DisjointSets::new(n + geometry.lattices.len());
-    for block in there() {
+    for block in existing() {
         let neighbours = [[1, 0, 0], [0, 1, 0], [0, 0, 1]].map(|at| geometry.neighbour(block, at));
         neighbours.into_iter().flatten().for_each(|neighbour| groups.join([block, neighbour]));
     }
@@ -28,21 +28,21 @@ pub fn connected(geometry: &Geometry, contacts: bool) -> Vec<usize> {
         let touching = || geometry.touching.iter().map(|&(a, b)| [a, b]);
         touching().for_each(|lattices| groups.join(lattices.map(|lattice| n + lattice)));
         let touches: HashSet<usize> = touching().flatten().collect();
-        for block in there() {
+        for block in existing() {
             let lattice = geometry.blocks[block].lattice as usize;
             if touches.contains(&lattice) {
                 groups.join([block, n + lattice]);
             }
         }
     }
-    number(&mut groups, n, there())
+    number(&mut groups, n, existing())
 }
 
 /// Group number of each block. Removed blocks count to the first group, so that they need no
 /// support.
-fn number(groups: &mut DisjointSets, n: usize, there: impl Iterator<Item = usize>) -> Vec<usize> {
+fn number(groups: &mut DisjointSets, n: usize, blocks: impl Iterator<Item = usize>) -> Vec<usize> {
     let (mut numbers, mut count) = (vec![0; n], 0);
-    for block in there {
+    for block in blocks {
         let lowest = groups.lowest(block);
         if lowest == block {
             numbers[block] = count;

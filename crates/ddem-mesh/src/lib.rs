@@ -38,7 +38,7 @@ mod stages;
 mod surface_point;
 mod topology;
 
-pub use block_face::{BlockFace, RestFace, Strip};
+pub use block_face::{BlockFace, RestFace, TributaryLengths};
 pub use cells::moved_to;
 pub use conforming::ConformingJoint;
 pub use conforming::faces;
@@ -93,7 +93,7 @@ pub struct Geometry {
     /// Indices of these joints by block and number of the face, sorted.
     by_face: Arc<Vec<(u32, u8, u32)>>,
     /// Faces of different sets that are nearer than the thickness of their joint, but not joined.
-    pub apart: Arc<Vec<NonconformingJoint>>,
+    pub unjoined_faces: Arc<Vec<NonconformingJoint>>,
     /// Low and high corner of the box around all block sets `[m]`.
     pub bounds: [Vec3; 2],
     /// Pairs of lattices without a gap between them.
@@ -112,7 +112,7 @@ impl Geometry {
             n_elements: 0,
             nonconforming_joints: Arc::default(),
             by_face: Arc::default(),
-            apart: Arc::default(),
+            unjoined_faces: Arc::default(),
             bounds,
             touching: Arc::default(),
         };

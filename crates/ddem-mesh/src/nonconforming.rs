@@ -55,17 +55,17 @@ impl Geometry {
     }
 
     /// Drops the joints of removed blocks.
-    pub fn forget_removed(&mut self) {
+    pub fn clear_removed(&mut self) {
         let left = self.joined().copied().collect();
         self.join(left);
     }
 
     /// Nonconforming joints between blocks that have not been removed.
     pub fn joined(&self) -> impl Iterator<Item = &NonconformingJoint> {
-        self.nonconforming_joints.iter().filter(|joint_pair| self.is_there(joint_pair))
+        self.nonconforming_joints.iter().filter(|joint_pair| self.exists(joint_pair))
     }
 
-    fn is_there(&self, joint_pair: &NonconformingJoint) -> bool {
+    fn exists(&self, joint_pair: &NonconformingJoint) -> bool {
         !joint_pair.blocks.iter().any(|&block| self.is_removed(block as usize))
     }
 
@@ -76,7 +76,7 @@ impl Geometry {
         let from = self.by_face.partition_point(|&(block, face, _)| (block, face) < place);
         let here = self.by_face[from..].iter().take_while(|(a, b, _)| (*a, *b) == place);
         let here = here.map(|(.., at)| &self.nonconforming_joints[*at as usize]);
-        let each = here.filter(|joint_pair| self.is_there(joint_pair)).map(|joint_pair| {
+        let each = here.filter(|joint_pair| self.exists(joint_pair)).map(|joint_pair| {
             let &NonconformingJoint { joint, stiffness, gap, .. } = joint_pair;
             NonconformingFace { joint, stiffness, gap: gap.max(0.0) }
         });
@@ -121,7 +121,7 @@ impl Geometry {
         let at =
             self.nonconforming_joints.binary_search_by_key(&blocks, |joint_pair| joint_pair.blocks);
         let joint_pair = &self.nonconforming_joints[at.ok()?];
-        self.is_there(joint_pair).then_some(joint_pair.joint)
+        self.exists(joint_pair).then_some(joint_pair.joint)
     }
 
     /// Copies joints and materials from the same places in another stage.

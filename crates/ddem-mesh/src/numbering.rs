@@ -1,4 +1,5 @@
-//! Numbering of the nodes of blocks with n divisions, and of the joint lattices at their upper sides.
+//! Numbering of the nodes of blocks with n divisions, and of the joint lattices at their upper
+//! sides.
 
 use crate::moved_to;
 
@@ -66,7 +67,8 @@ impl BlockPart {
         // neighbour's first.
         let on_block = [0, 1, 2].map(|d| if across(d) && !upper(d) { divisions } else { 0 });
         let on_lattice = [0, 1, 2].map(|d| usize::from(across(d) && upper(d)));
-        // Neighbour forces are in the order of the neighbour's grid, which is flat along its offset.
+        // Neighbour forces are in the order of the neighbour's grid, which is flat along its
+        // offset.
         let flat = strides([0, 1, 2].map(|d| if upper(d) { 1 } else { n }));
         let mut in_neighbour_forces = places(on_block, flat);
         in_neighbour_forces.first += first_force;
@@ -115,7 +117,7 @@ impl NodePair {
 
     /// Inverse of the number of those elements.
     #[inline(always)]
-    pub fn share(&self) -> f64 {
+    pub fn inverse_count(&self) -> f64 {
         1.0 / f64::from(self.count)
     }
 }

@@ -10,8 +10,8 @@
 //! | blocks | 2 | 4 | 8 |
 //!
 //! The forces of these cells on the upper neighbours go to the pack's *neighbour forces*: one entry
-//! for each touched node of a neighbour, and one for its torque. The neighbours collect them later. Every
-//! number is therefore written by one task and summed in one order.
+//! for each touched node of a neighbour, and one for its torque. The neighbours collect them later.
+//! Every number is therefore written by one task and summed in one order.
 
 use std::sync::Arc;
 
@@ -141,8 +141,8 @@ pub struct Pack {
     pub blocks: [u32; LANES],
     /// Number of lanes with a block of their own.
     pub filled: usize,
-    /// Index of the numbering in the shapes.
-    pub(super) shape: usize,
+    /// Index of the numbering in the numberings.
+    pub(super) numbering: usize,
     /// First node in the nodal fields, in nodes.
     pub start: usize,
     /// Index of the first neighbour force.
@@ -160,7 +160,7 @@ pub struct Pack {
 /// All packs, and the location of each block.
 #[derive(Clone, Debug)]
 pub struct Packs {
-    pub(super) shapes: Vec<BlockNumbering>,
+    pub(super) numberings: Vec<BlockNumbering>,
     /// Packs in the order of the blocks.
     pub packs: Vec<Pack>,
     /// Location of each block: `LANES` × pack + lane.
@@ -177,7 +177,7 @@ impl Packs {
     /// Packs of the blocks of a geometry.
     pub fn new(geometry: &Geometry) -> Self {
         let mut packs = Self {
-            shapes: Vec::new(),
+            numberings: Vec::new(),
             packs: Vec::new(),
             slots: vec![NOBODY; geometry.blocks.len()],
             nodes: 0,
@@ -221,7 +221,7 @@ impl Packs {
 
     /// Adds packs of the blocks of similar lattices.
     fn add(&mut self, lattice: &Lattice, blocks: Vec<u32>) {
-        let shape = self.shape(lattice.divisions);
+        let numbering = self.numbering(lattice.divisions);
         for four in blocks.chunks(LANES) {
             let index = self.packs.len() * LANES;
             for (lane, &block) in four.iter().enumerate() {
@@ -230,7 +230,7 @@ impl Packs {
             self.packs.push(Pack {
                 blocks: std::array::from_fn(|lane| *four.get(lane).unwrap_or(&four[0])),
                 filled: four.len(),
-                shape,
+                numbering,
                 start: self.nodes,
                 neighbour_force_start: self.neighbour_forces,
                 rigid: lattice.rigid,
@@ -238,17 +238,17 @@ impl Packs {
                 upper: [Neighbours::NONE; 8],
                 lower: [Neighbours::NONE; 8],
             });
-            self.nodes += self.shapes[shape].nodes;
-            self.neighbour_forces += self.shapes[shape].neighbour_forces;
+            self.nodes += self.numberings[numbering].nodes;
+            self.neighbour_forces += self.numberings[numbering].neighbour_forces;
             self.rigid += usize::from(lattice.rigid);
         }
     }
 
-    fn shape(&mut self, divisions: usize) -> usize {
-        let known = self.shapes.iter().position(|shape| shape.divisions == divisions);
+    fn numbering(&mut self, divisions: usize) -> usize {
+        let known = self.numberings.iter().position(|numbering| numbering.divisions == divisions);
         known.unwrap_or_else(|| {
-            self.shapes.push(BlockNumbering::new(divisions));
-            self.shapes.len() - 1
+            self.numberings.push(BlockNumbering::new(divisions));
+            self.numberings.len() - 1
         })
     }
 
@@ -272,8 +272,8 @@ impl Packs {
     }
 
     /// Numbering of the blocks of a pack.
-    pub fn shape_of(&self, pack: &Pack) -> &BlockNumbering {
-        &self.shapes[pack.shape]
+    pub fn numbering_of(&self, pack: &Pack) -> &BlockNumbering {
+        &self.numberings[pack.numbering]
     }
 }
 
@@ -290,6 +290,6 @@ pub struct JointLattice {
 impl JointLattice {
     /// Number of its nodes.
     pub fn nodes(self, packs: &Packs) -> usize {
-        packs.shape_of(&packs.packs[self.pack]).joints[self.offset].len()
+        packs.numbering_of(&packs.packs[self.pack]).joints[self.offset].len()
     }
 }

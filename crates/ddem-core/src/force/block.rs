@@ -25,18 +25,18 @@ pub(crate) fn block<S: Simd>(
     work: &mut Workspace,
 ) {
     let pack = &input.moved.packs.packs[index];
-    let shape = input.moved.packs.shape_of(pack);
+    let numbering = input.moved.packs.numbering_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
     let u = input.moved.nodes(index).as_flattened();
-    let dims = shape.dims(0);
+    let dims = numbering.dims(0);
     *out.torque = [Lanes::ZERO; 3];
     if pack.rigid {
         out.f.fill(Lanes::ZERO);
         return;
     }
-    work.reserve(3 * shape.nodes);
+    work.reserve(3 * numbering.nodes);
     let Workspace { local, g, .. } = work;
-    let (local, g) = (&mut local[..3 * shape.nodes], &mut g[..3 * shape.nodes]);
+    let (local, g) = (&mut local[..3 * numbering.nodes], &mut g[..3 * numbering.nodes]);
     let initial_stress = input.initial_stress(JointLattice { pack: index, offset: 0 });
     let Some(frame) = input.moved.frame(index) else {
         force(simd, dims, &table.table, u, g);
@@ -49,10 +49,10 @@ pub(crate) fn block<S: Simd>(
         if let Some([blocks, _]) = &mut out.energy {
             *blocks = Lanes::from(energy(simd, initial_stress, u, g));
         }
-        return resist(simd, input, index, out, work);
+        return add_stiffness_damping(simd, input, index, out, work);
     };
     let rotation = frame.matrix(simd);
-    let (part, run) = (&shape.parts[0][0], LaneRun::of(index));
+    let (part, run) = (&numbering.parts[0][0], LaneRun::of(index));
     let local_frame = LocalFrame::new(simd, rotation, &frame.mean, &table.edges);
     let nodes = local.as_chunks_mut::<3>().0;
     ordered_displacements(simd, input.moved, Some(&local_frame), &run, part, nodes);
@@ -72,24 +72,26 @@ pub(crate) fn block<S: Simd>(
     if let Some([blocks, _]) = &mut out.energy {
         *blocks = Lanes::from(energy(simd, initial_stress, local, g));
     }
-    resist(simd, input, index, out, work);
+    add_stiffness_damping(simd, input, index, out, work);
 }
 
 /// Subtracts the stiffness damping `R β K w` with `w = Rᵀ v` from the forces (§6), if it is in use.
 /// It does not resist a rigid motion, except by rotating the strain of a block. `work` holds the
 /// local displacements, which are the arms of the torque.
 #[simd]
-fn resist<S: Simd>(
+fn add_stiffness_damping<S: Simd>(
     simd: S,
     input: Input<'_>,
     index: usize,
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
-    let (Some(viscous), Some(drag)) = (input.viscous, out.viscous.as_deref_mut()) else { return };
-    let torque = stiffness_damping(simd, input, index, viscous, drag, work);
-    for (f, drag) in out.f.iter_mut().zip(&*drag) {
-        *f = Lanes::from(f.load(simd) - drag.load(simd));
+    let (Some(viscous), Some(damping_force)) = (input.viscous, out.viscous.as_deref_mut()) else {
+        return;
+    };
+    let torque = stiffness_damping(simd, input, index, viscous, damping_force, work);
+    for (f, damping_force) in out.f.iter_mut().zip(&*damping_force) {
+        *f = Lanes::from(f.load(simd) - damping_force.load(simd));
     }
     if input.moved.frames.is_some() {
         let [x, y, z] = add(load(simd, out.torque), torque);
@@ -104,30 +106,30 @@ fn stiffness_damping<S: Simd>(
     input: Input<'_>,
     index: usize,
     viscous: Viscous<'_>,
-    drag: &mut [Lanes],
+    damping_force: &mut [Lanes],
     work: &mut Workspace,
 ) -> Vector<S> {
     let pack = &input.moved.packs.packs[index];
-    let shape = input.moved.packs.shape_of(pack);
+    let numbering = input.moved.packs.numbering_of(pack);
     let table = &input.assembly.tables[input.assembly.pack_tables[index][0] as usize];
     let velocities = NodePositions { u: viscous.v, ..input.moved };
     let v = velocities.nodes(index).as_flattened();
     let Workspace { local, g, du, .. } = work;
     let (g, du) = (&mut g[..v.len()], &mut du[..v.len()]);
     let rotation = input.moved.frame(index).map(|frame| frame.matrix(simd));
-    for node in 0..shape.nodes {
+    for node in 0..numbering.nodes {
         let v = load_at(simd, v, 3 * node);
         store_at(du, 3 * node, rotation.map_or(v, |r| transposed_times(&r, v)));
     }
-    force(simd, shape.dims(0), &table.table, du, g);
+    force(simd, numbering.dims(0), &table.table, du, g);
     let beta = splat(simd, viscous.stiffness);
-    let torque = over_nodes(simd, shape.divisions, |node| {
+    let torque = over_nodes(simd, numbering.divisions, |node| {
         let force = scale(load_at(simd, g, 3 * node), beta);
         let Some(rotation) = &rotation else {
-            store_at(drag, 3 * node, force);
+            store_at(damping_force, 3 * node, force);
             return zero(simd);
         };
-        store_at(drag, 3 * node, times(rotation, force));
+        store_at(damping_force, 3 * node, times(rotation, force));
         cross(load_at(simd, local, 3 * node), force)
     });
     rotation.map_or(torque, |r| times(&r, torque))

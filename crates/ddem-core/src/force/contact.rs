@@ -16,7 +16,7 @@ pub(crate) fn collect(
         for (patch, side) in contacts.of(block as usize) {
             let sign = if side == 0 { 1.0 } else { -1.0 };
             let (contact_block, face) = (&contact_block[block as usize], patch.faces()[side]);
-            for point in patch.points.iter().filter(|point| patch.acts(point)) {
+            for point in patch.points.iter().filter(|point| patch.may_carry_force(point)) {
                 let force = patch.force(point) * sign;
                 for (node, weight) in contact_block.weights(face, &point.points[side]) {
                     for c in 0..3 {

@@ -25,9 +25,9 @@ pub(crate) struct SlidingPack<'a> {
     pub(crate) alpha: Lanes,
 }
 
-/// Subtracts the forces `α M (v − v̄)` of four blocks from `f` and adds them to `drag`. They damp
-/// the deformation only: the rigid motion v̄ has the momentum and the angular momentum of `v`.
-/// Returns the torque of these forces with the nodes at their present positions `[N m]`.
+/// Subtracts the forces `α M (v − v̄)` of four blocks from `f` and adds them to `damping_force`.
+/// They damp the deformation only: the rigid motion v̄ has the momentum and the angular momentum of
+/// `v`. Returns the torque of these forces with the nodes at their present positions `[N m]`.
 #[simd]
 pub(crate) fn damp<S: Simd>(
     simd: S,
@@ -35,27 +35,28 @@ pub(crate) fn damp<S: Simd>(
     u: &[Lanes],
     v: &[Lanes],
     f: &mut [Lanes],
-    drag: &mut [Lanes],
+    damping_force: &mut [Lanes],
 ) -> [Lanes; 3] {
-    let shape = packs.shape_of(&packs.packs[index]);
+    let numbering = packs.numbering_of(&packs.packs[index]);
     let inertia = &assembly.inertia[assembly.pack_inertia[index] as usize];
     let table = &assembly.tables[assembly.pack_tables[index][0] as usize];
     let at_rest = table.edges.each_ref().map(|edge| load(simd, edge));
     let edges = frame.map_or(at_rest, |frame| at_rest.map(|edge| times(&frame.matrix(simd), edge)));
-    let ([momentum, first @ ..], _) = lattice_moments(simd, shape.divisions, |node, _| {
+    let ([momentum, first @ ..], _) = lattice_moments(simd, numbering.divisions, |node, _| {
         [scale(load_at(simd, v, 3 * node), inertia.mass[node].load(simd)), zero(simd)]
     });
     let (base, slopes) = rigid_motion(simd, &inertia.moments, &edges, momentum, first);
     let alpha = alpha.load(simd);
     let mean = frame.map_or(zero(simd), |frame| load(simd, &frame.mean));
-    let ([_, first @ ..], torque) = lattice_moments(simd, shape.divisions, |node, [x, y, z]| {
-        let row = add(add(base, scale(slopes[2], z)), scale(slopes[1], y));
-        let deforms = sub(load_at(simd, v, 3 * node), add(row, scale(slopes[0], x)));
-        let force = scale(deforms, alpha * inertia.mass[node].load(simd));
-        store_at(f, 3 * node, sub(load_at(simd, f, 3 * node), force));
-        store_at(drag, 3 * node, add(load_at(simd, drag, 3 * node), force));
-        [force, cross(sub(load_at(simd, u, 3 * node), mean), force)]
-    });
+    let ([_, first @ ..], torque) =
+        lattice_moments(simd, numbering.divisions, |node, [x, y, z]| {
+            let row = add(add(base, scale(slopes[2], z)), scale(slopes[1], y));
+            let deforms = sub(load_at(simd, v, 3 * node), add(row, scale(slopes[0], x)));
+            let force = scale(deforms, alpha * inertia.mass[node].load(simd));
+            store_at(f, 3 * node, sub(load_at(simd, f, 3 * node), force));
+            store_at(damping_force, 3 * node, add(load_at(simd, damping_force, 3 * node), force));
+            [force, cross(sub(load_at(simd, u, 3 * node), mean), force)]
+        });
     (0..3).fold(torque, |torque, d| add(torque, cross(at_rest[d], first[d]))).map(Lanes::from)
 }
 

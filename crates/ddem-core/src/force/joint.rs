@@ -78,9 +78,9 @@ fn elements<S: Simd>(
     work: &mut Workspace,
 ) {
     let JointLattice { pack: index, offset } = at;
-    let shape = input.moved.packs.shape_of(&input.moved.packs.packs[index]);
-    let n = 3 * shape.joints[offset].len();
-    let dims = shape.dims(offset);
+    let numbering = input.moved.packs.numbering_of(&input.moved.packs.packs[index]);
+    let n = 3 * numbering.joints[offset].len();
+    let dims = numbering.dims(offset);
     let Workspace { local, g, .. } = work;
     let (local, g) = (&local[..n], &mut g[..n]);
     let table = input.assembly.pack_tables[index][offset];
@@ -199,7 +199,7 @@ fn any_fails<S: Simd>(
     for (node_pair, (normal, shear)) in node_pairs.iter().zip(targets) {
         let [a, b] = node_pair.sides;
         let difference = sub(load_at(simd, g, 3 * b), load_at(simd, g, 3 * a));
-        let traction = scale(difference, per_quarter * node_pair.share());
+        let traction = scale(difference, per_quarter * node_pair.inverse_count());
         let along = dot(traction, direction);
         let across = sub(traction, scale(direction, along));
         *normal = Lanes::from(along).0;
@@ -233,8 +233,8 @@ fn scatter_forces<S: Simd>(
 ) {
     let JointLattice { pack: index, offset } = at;
     let pack = &input.moved.packs.packs[index];
-    let shape = input.moved.packs.shape_of(pack);
-    let n = shape.joints[offset].len();
+    let numbering = input.moved.packs.numbering_of(pack);
+    let n = numbering.joints[offset].len();
     let mut torque = zero(simd);
     if pack.rigid {
         if rotation.is_some() {
@@ -243,7 +243,7 @@ fn scatter_forces<S: Simd>(
         to_quarters(simd, input.face(at).map(|face| face.node_pairs), &mut work.g);
     }
     let fields = [&work.local, &work.g].map(|field| field[..3 * n].as_chunks::<3>().0);
-    for part in &shape.parts[offset] {
+    for part in &numbering.parts[offset] {
         let (forces, places) = match part.offset {
             0 => (&mut *out.f, &part.in_block),
             _ => (&mut *out.neighbour_forces, &part.in_neighbour_forces),
@@ -266,8 +266,8 @@ fn scatter_forces<S: Simd>(
     };
     let own = add(load(simd, out.torque), own);
     *out.torque = [Lanes::from(own[0]), Lanes::from(own[1]), Lanes::from(own[2])];
-    for part in &shape.parts[offset][1..] {
-        let at = 3 * shape.torque(part.offset);
+    for part in &numbering.parts[offset][1..] {
+        let at = 3 * numbering.torque(part.offset);
         let before = if part.offset == offset {
             zero(simd)
         } else {

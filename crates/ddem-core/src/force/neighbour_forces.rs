@@ -50,11 +50,11 @@ impl<'a> NeighbourForces<'a> {
 
 /// Sets the forces and the torque on the neighbours at an offset to zero, for a joint that is not
 /// there. The joints at the offsets that contain it add to them.
-pub(crate) fn clear(shape: &BlockNumbering, offset: usize, neighbour_forces: &mut [Lanes]) {
-    let part = shape.upper_part(offset);
+pub(crate) fn clear(numbering: &BlockNumbering, offset: usize, neighbour_forces: &mut [Lanes]) {
+    let part = numbering.upper_part(offset);
     let (first, nodes) = (part.in_neighbour_forces.first, part.count.iter().product::<usize>());
     neighbour_forces[3 * first..3 * (first + nodes)].fill(Lanes::ZERO);
-    neighbour_forces[3 * shape.torque(offset)..][..3].fill(Lanes::ZERO);
+    neighbour_forces[3 * numbering.torque(offset)..][..3].fill(Lanes::ZERO);
 }
 
 /// Adds the forces and torques of the joints at the lower sides of a pack, which the owners of
@@ -70,7 +70,7 @@ pub(crate) fn collect<S: Simd>(
     torque: &mut [Lanes; 3],
 ) {
     let pack = &packs.packs[index];
-    let shape = packs.shape_of(pack);
+    let numbering = packs.numbering_of(pack);
     let f = f.as_chunks_mut::<3>().0;
     for offset in 1..8 {
         let lower = &pack.lower[offset];
@@ -81,17 +81,17 @@ pub(crate) fn collect<S: Simd>(
         let Some(run) = lower.in_order() else {
             for lane in 0..pack.filled {
                 let Some((other, there)) = lower.at(lane) else { continue };
-                add_lane(of(other), [lane, there], shape, offset, f, torque);
+                add_lane(of(other), [lane, there], numbering, offset, f, torque);
             }
             continue;
         };
         let forces = run.packs().map(of);
         let present = (run.present != [true; LANES]).then(|| run.mask(simd));
         match run.shift {
-            0 => add_run::<S, 0>(simd, forces, present, shape, offset, f, torque),
-            1 => add_run::<S, 1>(simd, forces, present, shape, offset, f, torque),
-            2 => add_run::<S, 2>(simd, forces, present, shape, offset, f, torque),
-            _ => add_run::<S, 3>(simd, forces, present, shape, offset, f, torque),
+            0 => add_run::<S, 0>(simd, forces, present, numbering, offset, f, torque),
+            1 => add_run::<S, 1>(simd, forces, present, numbering, offset, f, torque),
+            2 => add_run::<S, 2>(simd, forces, present, numbering, offset, f, torque),
+            _ => add_run::<S, 3>(simd, forces, present, numbering, offset, f, torque),
         }
     }
 }
@@ -102,12 +102,12 @@ fn add_run<S: Simd, const SHIFT: usize>(
     simd: S,
     sources: [&[[Lanes; 3]]; 2],
     present: Option<mask64x4<S>>,
-    shape: &BlockNumbering,
+    numbering: &BlockNumbering,
     offset: usize,
     f: &mut [[Lanes; 3]],
     torque: &mut [Lanes; 3],
 ) {
-    let part = shape.upper_part(offset);
+    let part = numbering.upper_part(offset);
     let [from, to] = [part.in_neighbour_forces.step[0], part.in_block.step[0]];
     for [j, k] in part.rows() {
         let (place, node) = (part.in_neighbour_forces.row(j, k), part.in_block.row(j, k));
@@ -117,9 +117,11 @@ fn add_run<S: Simd, const SHIFT: usize>(
                 .map(Lanes::from);
         }
     }
-    *torque =
-        add(load(simd, torque), load_run::<S, SHIFT>(simd, sources, present, shape.torque(offset)))
-            .map(Lanes::from);
+    *torque = add(
+        load(simd, torque),
+        load_run::<S, SHIFT>(simd, sources, present, numbering.torque(offset)),
+    )
+    .map(Lanes::from);
 }
 
 /// Forces of four neighbours in order at one place; zero in lanes without a neighbour.
@@ -142,12 +144,12 @@ fn load_run<S: Simd, const SHIFT: usize>(
 fn add_lane(
     forces: &[[Lanes; 3]],
     [lane, there]: [usize; 2],
-    shape: &BlockNumbering,
+    numbering: &BlockNumbering,
     offset: usize,
     f: &mut [[Lanes; 3]],
     torque: &mut [Lanes; 3],
 ) {
-    let part = shape.upper_part(offset);
+    let part = numbering.upper_part(offset);
     for [j, k] in part.rows() {
         for i in 0..part.count[0] {
             let from =
@@ -156,11 +158,11 @@ fn add_lane(
             (0..3).for_each(|c| to[c].0[lane] += from[c].0[there]);
         }
     }
-    (0..3).for_each(|c| torque[c].0[lane] += forces[shape.torque(offset)][c].0[there]);
+    (0..3).for_each(|c| torque[c].0[lane] += forces[numbering.torque(offset)][c].0[there]);
 }
 
-/// Subtracts the nodal forces that balance the torque of each block of a pack, and adds its loads if
-/// there are any.
+/// Subtracts the nodal forces that balance the torque of each block of a pack, and adds its loads
+/// if there are any.
 #[expect(clippy::too_many_arguments, reason = "one loop for two small tasks")]
 #[simd]
 pub(crate) fn spread_torque<S: Simd>(
@@ -173,7 +175,7 @@ pub(crate) fn spread_torque<S: Simd>(
     loads: Option<&[Lanes]>,
     f: &mut [Lanes],
 ) {
-    let n = packs.shape_of(&packs.packs[index]).divisions;
+    let n = packs.numbering_of(&packs.packs[index]).divisions;
     let edges = &assembly.tables[assembly.pack_tables[index][0] as usize].edges;
     let per_step = torque_forces(simd, n, edges, frame, torque);
     let half = 0.5 * n as f64;

@@ -66,7 +66,7 @@ impl Model {
             let new =
                 || ContactModel::new(&self.properties, &self.laws, &self.geometry, &self.packs);
             let mut contact_model = self.contact.take().unwrap_or_else(new);
-            contact_model.open &= !ddem_mesh::connected::is_connected(&self.geometry);
+            contact_model.from_start &= !ddem_mesh::connected::is_connected(&self.geometry);
             contact_model.search = true;
             self.properties.contact.search = true;
             self.contact = Some(contact_model);

@@ -116,9 +116,9 @@ impl Conditions {
         self.loaded.len() + self.charged.len()
     }
 
-    /// Number of shells of all charges.
-    pub(crate) fn n_shells(&self) -> usize {
-        self.charged.iter().map(|charged| charged.charge.shells.len()).sum()
+    /// Number of surfaces of all charges.
+    pub(crate) fn n_gas_surfaces(&self) -> usize {
+        self.charged.iter().map(|charged| charged.charge.surfaces.len()).sum()
     }
 
     /// Number of all factors, including that of gravity.
@@ -159,16 +159,16 @@ impl Conditions {
         fixed.filter(|(_, fix)| fix.axes == [true; 3]).map(|(i, fix)| (i, fix.nodes.as_slice()))
     }
 
-    /// Displacement of each fix in a `part` of its prescribed displacement `[m]`; zero for fixes
-    /// that come into force outside of `stages`.
+    /// Displacement of each fix in a `fraction` of its prescribed displacement `[m]`; zero for
+    /// fixes that come into force outside of `stages`.
     pub(crate) fn support_increments(
         &self,
         stages: RangeInclusive<usize>,
-        part: f64,
+        fraction: f64,
     ) -> Vec<[f64; 3]> {
         let begins = |fix: &SupportGroup| stages.contains(&fix.in_force.from.unwrap_or(0));
         let increment = |fix: &SupportGroup| match begins(fix) {
-            true => fix.displacement.map(|u| u * part),
+            true => fix.displacement.map(|u| u * fraction),
             false => [0.0; 3],
         };
         self.fixed.iter().map(increment).collect()

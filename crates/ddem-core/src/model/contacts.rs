@@ -34,7 +34,9 @@ impl Model {
     /// Contact data, if blocks may meet before any joint has failed or if there are nonconforming
     /// joints.
     pub(crate) fn open_surfaces(&self) -> Option<&ContactModel> {
-        self.contact.as_ref().filter(|contact_model| contact_model.open || contact_model.joins)
+        self.contact.as_ref().filter(|contact_model| {
+            contact_model.from_start || contact_model.has_nonconforming_joints
+        })
     }
 
     /// True if contacts are searched for.

@@ -14,7 +14,8 @@ impl Model {
     pub fn volume(&self, block: usize) -> f64 {
         self.geometry.has_block(block);
         let (pack, lane) = self.packs.slot(block);
-        let cells: usize = self.packs.shape_of(&self.packs.packs[pack]).dims(0).iter().product();
+        let cells: usize =
+            self.packs.numbering_of(&self.packs.packs[pack]).dims(0).iter().product();
         let table = &self.assembly.tables[self.assembly.pack_tables[pack][0] as usize];
         let element = table.elements[lane].map(|element| &self.assembly.elements[element as usize]);
         element.map_or(0.0, |element| cells as f64 * element.volume)

@@ -66,7 +66,10 @@ impl Model {
 
     /// Numbers and values of the nodes of blocks that have not been removed. `values` has all
     /// nodes.
-    pub(crate) fn there<'a, T>(&'a self, values: &'a [T]) -> impl Iterator<Item = (usize, &'a T)> {
+    pub(crate) fn existing_nodes<'a, T>(
+        &'a self,
+        values: &'a [T],
+    ) -> impl Iterator<Item = (usize, &'a T)> {
         values.iter().enumerate().filter(|(node, _)| !self.is_removed(self.block_of(*node)))
     }
 

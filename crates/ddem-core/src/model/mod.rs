@@ -7,10 +7,10 @@ pub(crate) mod charge;
 mod computed;
 pub(crate) mod conditions;
 mod contacts;
-pub(crate) mod damage;
 mod elements;
 mod excavation;
 pub(crate) mod history;
+pub(crate) mod joint_state;
 pub(crate) mod mechanism;
 pub(crate) mod pairs;
 pub mod problem;
@@ -270,7 +270,7 @@ impl Model {
 
     /// True while waves of charges cross the model. Failed joints and contacts then have no
     /// damping, unless the deck gives one.
-    pub(crate) fn is_shaken(&self, time: f64, starts: &[f64]) -> bool {
+    pub(crate) fn has_blast_waves(&self, time: f64, starts: &[f64]) -> bool {
         if self.conditions.charged.is_empty() || self.properties.contact.damping.is_some() {
             return false;
         }
@@ -337,7 +337,7 @@ impl Model {
         for (pack, tables) in self.packs.packs.iter().zip(&self.assembly.pack_tables) {
             for offset in (0..8).filter(|&offset| tables[offset] != NO_TABLE) {
                 let table = &self.assembly.tables[tables[offset] as usize];
-                let cells: usize = self.packs.shape_of(pack).dims(offset).iter().product();
+                let cells: usize = self.packs.numbering_of(pack).dims(offset).iter().product();
                 for element in table.elements.iter().flatten() {
                     let kind = (offset as u32).count_ones() as usize;
                     volumes[kind] +=

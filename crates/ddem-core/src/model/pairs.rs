@@ -108,7 +108,7 @@ impl Model {
             PairAtRest {
                 nodes: [first[0] + on_a as u32, first[1] + on_b as u32],
                 point: ((x + y) / 2.0).into(),
-                normal: patch.now[0].into(),
+                normal: patch.axes_now[0].into(),
                 joint: number,
             }
         })

@@ -13,7 +13,7 @@ pub use builder::ProblemBuilder;
 pub use crate::model::boundary::{
     Boundaries, Column, ColumnBuilder, ModelBoundary, NoColumn, Resistance, SideNode, impedance,
 };
-pub use crate::model::charge::{ChargeSize, Gas, GasCharge, Shell};
+pub use crate::model::charge::{ChargeSize, Gas, GasCharge, GasSurface};
 pub use crate::model::conditions::{
     Conditions, ForceFading, LoadPattern, SupportGroup, TimedCharge,
 };
@@ -30,7 +30,7 @@ pub use ddem_mesh::properties::{
 pub use ddem_mesh::{
     Block, BlockFace, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES, MeshBlock,
     MeshError, MeshFaces, NO_JOINT, NONE, NonconformingFace, NonconformingJoint, Pages, RestFace,
-    SLIVER, Stages, Strip, Topology, Vec3, bounds, bounds_of, faces, moved_to,
+    SLIVER, Stages, Topology, TributaryLengths, Vec3, bounds, bounds_of, faces, moved_to,
 };
 
 use std::sync::Arc;
@@ -145,7 +145,7 @@ impl Problem {
 
     /// True if a stage has the blocks, supports and boundaries of the previous one.
     #[must_use]
-    pub fn goes_on(&self, stage: usize) -> bool {
+    pub fn is_unchanged(&self, stage: usize) -> bool {
         let Some(before) = stage.checked_sub(1) else { return false };
         let boundaries = self.boundaries.list.iter().map(|boundary| &boundary.in_force);
         let mut periods = self.conditions.fixed.iter().map(|fix| &fix.in_force).chain(boundaries);
@@ -161,9 +161,9 @@ impl Problem {
             return stages.map(|_| Vec::new()).collect();
         }
         let packs = Packs::new(self.stages.at(0));
-        let others = stages
-            .into_par_iter()
-            .map(|stage| (!self.goes_on(stage)).then(|| self.boundary_holds_in(stage, &packs)));
+        let others = stages.into_par_iter().map(|stage| {
+            (!self.is_unchanged(stage)).then(|| self.boundary_holds_in(stage, &packs))
+        });
         let mut holds: Vec<Vec<BoundaryHold>> = Vec::new();
         for other in others.collect::<Vec<_>>() {
             holds.push(other.or_else(|| holds.last().cloned()).unwrap_or_default());

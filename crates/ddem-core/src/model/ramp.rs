@@ -38,21 +38,21 @@ impl Model {
         if laws < usize::from(NO_JOINT) { Ok(()) } else { Err(RunError::TooManyLaws { laws }) }
     }
 
-    /// Gives joints that differ from `before` intermediate strengths, at a `part` of the way to
+    /// Gives joints that differ from `before` intermediate strengths, at a `fraction` of the way to
     /// their own. The intermediate laws follow those of the deck. A joint that could not fail
-    /// before has its own law at once. At part 1 all laws are those of the deck. Returns the laws
-    /// of nonconforming joints, by their blocks.
-    pub(crate) fn ramp(&mut self, before: &Geometry, part: f64) -> BTreeMap<[u32; 2], u16> {
+    /// before has its own law at once. At fraction 1 all laws are those of the deck. Returns the
+    /// laws of nonconforming joints, by their blocks.
+    pub(crate) fn ramp(&mut self, before: &Geometry, fraction: f64) -> BTreeMap<[u32; 2], u16> {
         let own = self.properties.joints.len();
         self.laws.truncate(own);
-        let changes = if part < 1.0 { self.gradual_changes(before) } else { Vec::new() };
+        let changes = if fraction < 1.0 { self.gradual_changes(before) } else { Vec::new() };
         let Self { laws, properties, geometry, packs, contact, .. } = self;
         for change in &changes {
             let [Some(from), Some(to)] = change.map(|joint| laws[usize::from(joint)].clone())
             else {
                 continue;
             };
-            laws.push(Some(Arc::new(BlendedLaw { laws: [from, to], part })));
+            laws.push(Some(Arc::new(BlendedLaw { laws: [from, to], fraction })));
         }
         let law = |old: u16, new: u16| {
             changes.binary_search(&[old, new]).map_or(new, |at| (own + at) as u16)
@@ -67,7 +67,7 @@ impl Model {
         let between = between.collect();
         if let Some(contact_model) = contact {
             contact_model.surfaces =
-                ContactSurfaces::between(properties, laws, geometry, before, part);
+                ContactSurfaces::between(properties, laws, geometry, before, fraction);
         }
         self.sections = sections;
         between

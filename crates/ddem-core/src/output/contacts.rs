@@ -122,10 +122,10 @@ fn is_contact(patch: &Patch) -> bool {
     patch.bond.is_none()
 }
 
-/// True if a point carries force. Points whose faces have just parted may carry a traction that
-/// settles their energy account.
-fn bears(point: &ContactPoint) -> bool {
-    point.pair.state.gap < 0.0 || point.pair.state.drag != [0.0; 2]
+/// True if a point carries force. Points whose faces have just parted may carry the traction of the
+/// energy correction.
+fn carries_force(point: &ContactPoint) -> bool {
+    point.pair.state.gap < 0.0 || point.pair.state.added_tractions != [0.0; 2]
 }
 
 impl Snapshot<'_> {
@@ -141,17 +141,19 @@ impl Snapshot<'_> {
             start: true,
         };
         let patches =
-            self.scratch.trial_contacts.patches.par_iter().filter(|patch| is_contact(patch));
-        patches.flat_map_iter(|patch| seen(patch, &configuration, &self.model.laws)).collect()
+            self.scratch.measured_contacts.patches.par_iter().filter(|patch| is_contact(patch));
+        patches
+            .flat_map_iter(|patch| patch_contacts(patch, &configuration, &self.model.laws))
+            .collect()
     }
 
     /// Implements [`Simulation::contact_counts`](crate::Simulation::contact_counts).
     pub(crate) fn contact_counts(&self) -> ContactCounts {
-        let patches = &self.scratch.trial_contacts.patches;
+        let patches = &self.scratch.measured_contacts.patches;
         let mut counts = ContactCounts::default();
         for patch in patches.iter().filter(|patch| is_contact(patch)) {
             counts.near += usize::from(!patch.points.is_empty());
-            let points = patch.points.iter().filter(|point| bears(point)).count();
+            let points = patch.points.iter().filter(|point| carries_force(point)).count();
             counts.block_pairs += usize::from(points > 0);
             counts.points += points;
             counts.deepest = counts.deepest.max(patch.depth());
@@ -161,7 +163,7 @@ impl Snapshot<'_> {
 
     /// Implements [`Simulation::touching_blocks`](crate::Simulation::touching_blocks).
     pub(crate) fn touching_blocks(&self) -> usize {
-        let presses = |patch: &&Patch| is_contact(patch) && patch.points.iter().any(bears);
+        let presses = |patch: &&Patch| is_contact(patch) && patch.points.iter().any(carries_force);
         self.state.contacts.patches.iter().filter(presses).count()
     }
 
@@ -169,24 +171,24 @@ impl Snapshot<'_> {
     pub(crate) fn contact_points(&self) -> [usize; 2] {
         let patches = &self.state.contacts.patches;
         let points = || patches.iter().filter(|p| is_contact(p)).flat_map(|patch| &patch.points);
-        [points().count(), points().filter(|point| bears(point)).count()]
+        [points().count(), points().filter(|point| carries_force(point)).count()]
     }
 }
 
 /// Contacts at the points of a patch that carry force.
-fn seen(
+fn patch_contacts(
     patch: &Patch,
     configuration: &Configuration<'_>,
     laws: &[Option<Arc<dyn JointLaw>>],
 ) -> impl Iterator<Item = Contact> {
-    let normal = patch.now[0];
+    let normal = patch.axes_now[0];
     let [a, b] = patch.blocks.map(|block| block as usize);
     let faces = patch.faces();
-    patch.points.iter().filter(|point| bears(point)).map(move |point| {
+    patch.points.iter().filter(|point| carries_force(point)).map(move |point| {
         let at = [0, 1]
             .map(|side| configuration.position([a, b][side], faces[side], &point.points[side]));
         let springs = point.pair.state.traction;
-        let limit = patch.both.friction.strength(laws, springs.normal);
+        let limit = patch.surface.friction.strength(laws, springs.normal);
         Contact {
             blocks: [a, b],
             // The couple of the two points acts on the reference block. At the point of the other
@@ -195,8 +197,8 @@ fn seen(
             normal: normal.into(),
             force: patch.force(point).into(),
             area: point.pair.area,
-            gap: normal.dot(&(at[1] - at[0])) - patch.both.surface,
-            slip: point.slid,
+            gap: normal.dot(&(at[1] - at[0])) - patch.surface.thickness,
+            slip: point.slip_path,
             sliding: limit > 0.0 && springs.shear.norm() >= SLIDING * limit,
         }
     })

@@ -4,7 +4,7 @@ use std::cmp::Reverse;
 use std::ops::Range;
 
 use super::Snapshot;
-use crate::model::damage::Damage;
+use crate::model::joint_state::JointState;
 use ddem_mechanics::math::disjoint_sets::DisjointSets;
 use ddem_mesh::Vec3;
 
@@ -106,8 +106,9 @@ impl Snapshot<'_> {
     fn bare_fragments(&self) -> Vec<Fragment> {
         let n = self.model.n_blocks();
         let mut groups = DisjointSets::new(n);
-        let damages = self.model.damages(&self.scratch.trial, &self.scratch.trial_contacts);
-        damages.filter(Damage::is_bonded).for_each(|damage| groups.join(damage.blocks));
+        let joint_states =
+            self.model.joint_states(&self.scratch.measured_joints, &self.scratch.measured_contacts);
+        joint_states.filter(JointState::is_bonded).for_each(|joint| groups.join(joint.blocks));
         let mut fragments: Vec<Fragment> = vec![Fragment::default(); n];
         for block in (0..n).filter(|&block| !self.model.is_removed(block)) {
             let fragment = &mut fragments[groups.lowest(block)];

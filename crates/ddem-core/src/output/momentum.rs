@@ -27,10 +27,10 @@ impl Snapshot<'_> {
         sums.map(|sum| sum.each_ref().map(ExactSum::value).into())
     }
 
-    /// Calls `see` with each mass, block after block: number of its block, mass `[kg]`, present
+    /// Calls `visit` with each mass, block after block: number of its block, mass `[kg]`, present
     /// position `[m]` and velocity `[m/s]`, and angular momentum about its own centre `[kg m²/s]`.
     /// The masses are the nodes of deformable blocks, and rigid blocks.
-    pub(super) fn each_mass(&self, mut see: impl FnMut(usize, f64, Vec3, Vec3, Vec3)) {
+    pub(super) fn each_mass(&self, mut visit: impl FnMut(usize, f64, Vec3, Vec3, Vec3)) {
         let model = self.model;
         let mut velocities = vec![[0.0; 3]; model.n_nodes()];
         self.fill_velocities(0..model.n_nodes(), velocities.as_flattened_mut());
@@ -42,7 +42,7 @@ impl Snapshot<'_> {
                 let pose = &poses[pack.rigid_start][lane];
                 let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
                 let centre = model.geometry.position(number, [0; 3]) - mass_properties.arm(0);
-                see(
+                visit(
                     number,
                     mass_properties.mass,
                     centre + pose.shift,
@@ -52,9 +52,9 @@ impl Snapshot<'_> {
                 continue;
             }
             let nodes = velocities.iter().enumerate().skip(block.first_node as usize);
-            for (node, v) in nodes.take(model.packs.shape_of(pack).nodes) {
+            for (node, v) in nodes.take(model.packs.numbering_of(pack).nodes) {
                 let x = Vec3::from(model.point(node)) + Vec3::from(model.get(&self.state.u, node));
-                see(number, model.mass(node), x, Vec3::from(*v), Vec3::zeros());
+                visit(number, model.mass(node), x, Vec3::from(*v), Vec3::zeros());
             }
         }
     }

@@ -23,16 +23,16 @@ pub(super) fn displacement(snapshot: &Snapshot<'_>, range: Range<usize>, out: &m
 pub(super) fn traction(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     let (rows, start) = (out.as_chunks_mut::<3>().0, range.start);
     rows.fill([0.0; 3]);
-    snapshot.see_present(range, |pair, seen| rows[pair - start] = seen.traction.into());
+    snapshot.visit_pairs(range, |pair, view| rows[pair - start] = view.traction.into());
 }
 
 pub(super) fn slip(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     let (rows, start) = (out.as_chunks_mut::<3>().0, range.start);
     rows.fill([0.0; 3]);
-    snapshot.see_present(range, |pair, seen| {
-        if let Some(point) = seen.point {
+    snapshot.visit_pairs(range, |pair, view| {
+        if let Some(point) = view.point {
             let slip = point.state.slip;
-            rows[pair - start] = (seen.axes * Vec3::new(0.0, slip.x, slip.y)).into();
+            rows[pair - start] = (view.axes * Vec3::new(0.0, slip.x, slip.y)).into();
         }
     });
 }
@@ -69,9 +69,9 @@ fn failed(
 ) {
     let number = &number;
     snapshot.model.fill_pairs(range, out, |joint| {
-        let damage = snapshot.damage(joint);
+        let state = snapshot.joint_state(joint);
         move |pair| {
-            let number = damage.point(pair).and_then(|p| Some(number(p.failure?, &p.state)));
+            let number = state.point(pair).and_then(|p| Some(number(p.failure?, &p.state)));
             [number.unwrap_or(bonded)]
         }
     });
@@ -80,7 +80,7 @@ fn failed(
 /// Writes 1 if a contact has replaced the joint, otherwise 0.
 pub(super) fn released(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
     snapshot.model.fill_pairs(range, out, |joint| {
-        let released = snapshot.damage(joint).is_released();
+        let released = snapshot.joint_state(joint).is_released();
         move |_| [f64::from(u8::from(released))]
     });
 }

@@ -126,8 +126,8 @@ impl Snapshot<'_> {
             let range = first..n.min(first + PIECE);
             vectors.resize(range.len(), [0.0; 3]);
             fill(self, range.clone(), vectors.as_flattened_mut());
-            let there = range.filter(|&node| !self.model.is_removed(self.model.block_of(node)));
-            let sized = there.map(|node| {
+            let existing = range.filter(|&node| !self.model.is_removed(self.model.block_of(node)));
+            let sized = existing.map(|node| {
                 let vector = vectors[node - first];
                 (Vec3::from(vector).norm(), vector, node)
             });
@@ -148,10 +148,10 @@ impl Snapshot<'_> {
         let removed =
             |joint: &usize| model.joint(*joint).blocks().iter().any(|&b| model.is_removed(b));
         for joint in (0..model.n_joints()).filter(|joint| !removed(joint)) {
-            let (pairs, damage) = (model.pairs_of(joint).len(), self.damage(joint));
+            let (pairs, joint_state) = (model.pairs_of(joint).len(), self.joint_state(joint));
             let joint = &mut joints[usize::from(model.joint(joint).number())];
             joint.pairs += pairs as u64;
-            for JointPoint { failure, state, .. } in damage.points() {
+            for JointPoint { failure, state, .. } in joint_state.points() {
                 let Some(PairFailure { mode, .. }) = failure else { continue };
                 joint.tension += u64::from(*mode == FailureMode::Tension);
                 joint.shear += u64::from(*mode != FailureMode::Tension);

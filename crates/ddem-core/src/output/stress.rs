@@ -65,7 +65,7 @@ impl Snapshot<'_> {
         let table = &model.assembly.tables[model.assembly.pack_tables[pack][0] as usize];
         let element = &model.assembly.elements[table.elements[lane]? as usize];
         let first = &model.packs.packs[pack];
-        let nodes = 3 * first.start..3 * (first.start + model.packs.shape_of(first).nodes);
+        let nodes = 3 * first.start..3 * (first.start + model.packs.numbering_of(first).nodes);
         Some(StressSource {
             u: &self.state.u[nodes],
             lane,

@@ -7,14 +7,14 @@ use nalgebra::Matrix3;
 
 use super::Snapshot;
 use crate::force::joint::face_forces;
-use crate::model::damage::Damage;
+use crate::model::joint_state::JointState;
 use crate::model::pairs::BlockJoint;
 use crate::state::State;
 use crate::state::pass::Workspace;
 use crate::step::{FirstPass, input};
 use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::{BondedPatch, Contacts};
-use ddem_joint::point::{JointPoint, joined};
+use ddem_joint::point::{JointPoint, vector};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::NO_JOINT;
 use ddem_mesh::Vec3;
@@ -52,18 +52,22 @@ impl Snapshot<'_> {
     /// Implements [`Simulation::tractions`](crate::Simulation::tractions), (M1).
     pub(crate) fn tractions(&self) -> Vec<[f64; 3]> {
         let mut tractions = vec![[0.0; 3]; self.model.n_pairs()];
-        self.see_present(0..tractions.len(), |pair, seen| tractions[pair] = seen.traction.into());
+        self.visit_pairs(0..tractions.len(), |pair, view| tractions[pair] = view.traction.into());
         tractions
     }
 
-    /// Calls `see` with the pairs in a range, in any order, in the last measured state.
-    pub(super) fn see_present(&self, pairs: Range<usize>, see: impl FnMut(usize, PairView<'_>)) {
-        self.see(&self.scratch.trial, &self.scratch.trial_contacts, pairs, see);
+    /// Calls `visit` with the pairs in a range, in any order, in the last measured state.
+    pub(super) fn visit_pairs(&self, pairs: Range<usize>, visit: impl FnMut(usize, PairView<'_>)) {
+        self.visit(&self.scratch.measured_joints, &self.scratch.measured_contacts, pairs, visit);
     }
 
-    /// Damage of a joint in the last measured state.
-    pub(super) fn damage(&self, joint: usize) -> Damage<'_> {
-        self.model.damage(joint, &self.scratch.trial, &self.scratch.trial_contacts)
+    /// State of a joint in the last measured state.
+    pub(super) fn joint_state(&self, joint: usize) -> JointState<'_> {
+        self.model.joint_state(
+            joint,
+            &self.scratch.measured_joints,
+            &self.scratch.measured_contacts,
+        )
     }
 
     /// Largest overload of the bonded pairs, for a relaxation: the divisor of the tractions at
@@ -71,10 +75,10 @@ impl Snapshot<'_> {
     pub(crate) fn overload(&self) -> f64 {
         let mut most: f64 = 1.0;
         let all = 0..self.model.n_pairs();
-        self.see(&self.state.broken_joints, &self.state.contacts, all, |_, seen| {
-            let law = self.model.laws[seen.law as usize].as_ref();
-            if let Some(law) = law.filter(|_| seen.point.is_none_or(|p| p.failure.is_none())) {
-                let own = seen.axes.tr_mul(&seen.traction);
+        self.visit(&self.state.broken_joints, &self.state.contacts, all, |_, view| {
+            let law = self.model.laws[view.law as usize].as_ref();
+            if let Some(law) = law.filter(|_| view.point.is_none_or(|p| p.failure.is_none())) {
+                let own = view.axes.tr_mul(&view.traction);
                 most = most.max(law.overload(own.x, own.yz().norm()));
             }
         });
@@ -82,23 +86,23 @@ impl Snapshot<'_> {
     }
 
     /// True if a joint has rotated about bonded pairs so far that they must fail.
-    pub(crate) fn hinges(&self) -> bool {
+    pub(crate) fn has_rotated_joints(&self) -> bool {
         let State { broken_joints, contacts, .. } = self.state;
         self.model.searched().is_some()
-            && self.model.damages(broken_joints, contacts).any(|damage| damage.hinges())
+            && self.model.joint_states(broken_joints, contacts).any(|joint| joint.has_rotated())
     }
 
-    fn see(
+    fn visit(
         &self,
         broken_joints: &BrokenJoints,
         contacts: &Contacts,
         pairs: Range<usize>,
-        mut see: impl FnMut(usize, PairView<'_>),
+        mut visit: impl FnMut(usize, PairView<'_>),
     ) {
         let model = self.model;
-        let mut see = |pair: usize, seen: PairView<'_>| {
+        let mut visit = |pair: usize, view: PairView<'_>| {
             if pairs.contains(&pair) {
-                see(pair, seen);
+                visit(pair, view);
             }
         };
         let mut faces = Vec::new();
@@ -114,24 +118,26 @@ impl Snapshot<'_> {
                         at: at as u32,
                     });
                 }
-                BlockJoint::Nonconforming(joint) => see_nonconforming(joint, contacts, &mut see),
+                BlockJoint::Nonconforming(joint) => {
+                    visit_nonconforming(joint, contacts, &mut visit)
+                }
             }
         }
         // The lanes of a pack are processed together.
         faces.sort_unstable_by_key(|face| (face.pack, face.d));
         let mut forces = FaceForces::default();
         for faces in faces.chunk_by(|a, b| (a.pack, a.d) == (b.pack, b.d)) {
-            self.see_lanes(broken_joints, faces, &mut forces, &mut see);
+            self.visit_lanes(broken_joints, faces, &mut forces, &mut visit);
         }
     }
 
-    /// Calls `see` with the pairs of joints that are lanes of one face of a pack.
-    fn see_lanes(
+    /// Calls `visit` with the pairs of joints that are lanes of one face of a pack.
+    fn visit_lanes(
         &self,
         broken_joints: &BrokenJoints,
         faces: &[JointLane],
         FaceForces { forces, rotation, work }: &mut FaceForces,
-        see: &mut impl FnMut(usize, PairView<'_>),
+        visit: &mut impl FnMut(usize, PairView<'_>),
     ) {
         let model = self.model;
         let (pack, d) = (faces[0].pack as usize, usize::from(faces[0].d));
@@ -143,7 +149,7 @@ impl Snapshot<'_> {
         dispatch!(self.scratch.level, simd => {
             face_forces(simd, input, at, broken, forces, rotation, work)
         });
-        let node_pairs = &model.packs.shape_of(&model.packs.packs[pack]).pairs[d];
+        let node_pairs = &model.packs.numbering_of(&model.packs.packs[pack]).pairs[d];
         for &JointLane { lane, at, .. } in faces {
             let lane = usize::from(lane);
             if section.joints[lane] == NO_JOINT {
@@ -163,26 +169,27 @@ impl Snapshot<'_> {
                     let springs = point.state.total_traction();
                     // Fraction of the pair's elements that are springs; each has a quarter of its
                     // area here.
-                    let part = (point.area / section.quarter.0[lane]).round() * node_pair.share();
-                    traction += axes * joined(springs.normal, springs.shear) * part;
+                    let fraction =
+                        (point.area / section.quarter.0[lane]).round() * node_pair.inverse_count();
+                    traction += axes * vector(springs.normal, springs.shear) * fraction;
                 }
-                see(pair, PairView { traction, axes, law: section.laws[lane], point });
+                visit(pair, PairView { traction, axes, law: section.laws[lane], point });
             }
         }
     }
 }
 
-/// Calls `see` with the pairs of a nonconforming joint.
-fn see_nonconforming(
+/// Calls `visit` with the pairs of a nonconforming joint.
+fn visit_nonconforming(
     joint: &BondedPatch,
     contacts: &Contacts,
-    see: &mut impl FnMut(usize, PairView<'_>),
+    visit: &mut impl FnMut(usize, PairView<'_>),
 ) {
     let Some((patch, bond)) = contacts.bonded_patch(joint.patch.blocks) else { return };
     let axes = patch.frame();
     for (i, point) in patch.points.iter().enumerate() {
         let pair = &point.pair;
         let traction = patch.force(point) / pair.area;
-        see(joint.first_pair + i, PairView { traction, axes, law: bond.law, point: Some(pair) });
+        visit(joint.first_pair + i, PairView { traction, axes, law: bond.law, point: Some(pair) });
     }
 }

@@ -50,7 +50,7 @@ impl Snapshot<'_> {
                 );
                 continue;
             }
-            for at in 0..3 * self.model.packs.shape_of(pack).nodes {
+            for at in 0..3 * self.model.packs.numbering_of(pack).nodes {
                 let v = |lane| self.velocity(index, at, lane);
                 velocities[3 * pack.start + at] = Lanes(std::array::from_fn(v));
             }

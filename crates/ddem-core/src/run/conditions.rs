@@ -8,7 +8,7 @@ use super::Simulation;
 use crate::error::RunError;
 use crate::model::Model;
 use crate::model::boundary::{Column, ColumnMotion, ColumnStep};
-use crate::model::charge::{ChargeForces, ChargeState, GasCharge, ShellState};
+use crate::model::charge::{ChargeForces, ChargeState, GasCharge, GasSurfaceState};
 use crate::state::view::StageView;
 use crate::state::{StageEntry, State};
 use ddem_mesh::Vec3;
@@ -34,9 +34,9 @@ impl Simulation {
     pub fn enter(&mut self, stage: usize) -> Result<(), RunError> {
         let n = self.model.n_stages();
         assert!(stage < n, "there is no stage {stage}: the model has {n}, from 0");
-        let left = self.state.stage;
-        if stage < left {
-            return Err(RunError::EarlierStage { stage, present: left });
+        let from_stage = self.state.stage;
+        if stage < from_stage {
+            return Err(RunError::EarlierStage { stage, present: from_stage });
         }
         self.synchronise();
         let active = self.model.active(stage, &self.state.applied);
@@ -50,14 +50,14 @@ impl Simulation {
             self.begin_columns(stage);
         }
         let state = &mut *self.state;
-        state.stage_entry.get_or_insert(StageEntry { left, first: left + 1 });
+        state.stage_entry.get_or_insert(StageEntry { from_stage, first: from_stage + 1 });
         state.stage = stage;
         // Skipped stages begin together with this one.
         state.stage_starts.resize(stage, state.time);
         state.stage_starts.push(state.time);
         let held = std::mem::take(&mut self.view.conditions.held_blocks);
         self.view.renew(&self.model, &self.state);
-        self.excavate(left, stage);
+        self.excavate(from_stage, stage);
         let (packs, now) = (&self.model.packs, &self.view.conditions.held_blocks);
         self.state.contacts.remake_where_supports_changed(|block| {
             let (pack, lane) = packs.slot(block);
@@ -69,8 +69,8 @@ impl Simulation {
     /// Critical step with the gas of the charges `[s]`. `step` is the critical step without gas.
     /// The gas counts as stiff as at the start, or stiffer.
     pub(super) fn critical_step_with_gas(&self, step: f64) -> f64 {
-        let gases = self.charged().filter_map(|(charge, shells)| {
-            Some((&charge.nodes, charge.stiffness(&self.moved(charge), shells)?))
+        let gases = self.charged().filter_map(|(charge, surfaces)| {
+            Some((&charge.nodes, charge.stiffness(&self.wall_displacements(charge), surfaces)?))
         });
         let gases: Vec<_> = gases.collect();
         let own = |(nodes, (stiffness, areas)): &(&Vec<u32>, (f64, Vec<Vec3>))| {
@@ -95,100 +95,101 @@ impl Simulation {
     pub fn charge(&self, index: usize) -> Option<ChargeState> {
         let conditions = &self.model.conditions;
         let State { stage, time, stage_starts, .. } = &*self.state;
-        let (charge, shells) = self.charged().nth(index)?;
-        let push = charge.push(&self.moved(charge), shells);
+        let (charge, surfaces) = self.charged().nth(index)?;
+        let gas = charge.gas_forces(&self.wall_displacements(charge), surfaces);
         let factors = conditions.factors(*stage, *time, stage_starts).unwrap_or_default();
         let factor = factors.get(conditions.loaded.len() + index).copied().unwrap_or(0.0);
         Some(ChargeState {
-            pressure: push.pressure * factor,
-            volume: push.volume,
-            vented: push.shells.iter().all(|shell| shell.venting_volume.is_some()),
-            detonation_volume: shells.iter().map(|shell| shell.detonation_volume).sum(),
+            pressure: gas.pressure * factor,
+            volume: gas.volume,
+            vented: gas.surfaces.iter().all(|surface| surface.venting_volume.is_some()),
+            detonation_volume: surfaces.iter().map(|surface| surface.detonation_volume).sum(),
         })
     }
 
     /// Resets the critical steps if a charge detonates now in a volume smaller than at the start.
     /// Its gas is then stiffer and needs a shorter step.
     pub(super) fn check_new_gas(&mut self) -> Result<(), RunError> {
-        if self.state.shells.iter().all(|shell| shell.detonation_volume.is_some()) {
+        if self.state.gas_surfaces.iter().all(|surface| surface.detonation_volume.is_some()) {
             return Ok(());
         }
         self.update_factors()?;
         let factors = self.view.factors.iter().skip(self.model.conditions.loaded.len());
         let acts = self.charged().zip(factors).filter(|(_, factor)| **factor != 0.0);
-        let mut shells = acts.flat_map(|((_, shells), _)| shells);
-        let begins = shells.any(|shell| shell.detonation_volume.is_none());
-        drop(shells);
+        let mut surfaces = acts.flat_map(|((_, surfaces), _)| surfaces);
+        let begins = surfaces.any(|surface| surface.detonation_volume.is_none());
+        drop(surfaces);
         if !begins {
             return Ok(());
         }
-        let shells = self.update_gas();
-        let before = std::mem::replace(&mut self.state.shells, shells);
-        let shells = self.charged().flat_map(|(charge, shells)| charge.shells.iter().zip(shells));
-        let narrow = shells.zip(&before).any(|((shell, now), before)| {
+        let surfaces = self.update_gas();
+        let before = std::mem::replace(&mut self.state.gas_surfaces, surfaces);
+        let surfaces =
+            self.charged().flat_map(|(charge, surfaces)| charge.surfaces.iter().zip(surfaces));
+        let narrow = surfaces.zip(&before).any(|((surface, now), before)| {
             before.detonation_volume.is_none()
                 && now
                     .detonation_volume
-                    .is_some_and(|detonation_volume| detonation_volume < NARROW * shell.volume)
+                    .is_some_and(|detonation_volume| detonation_volume < NARROW * surface.volume)
         });
         if narrow {
             self.critical_steps = [None; 2];
         } else {
-            self.state.shells = before;
+            self.state.gas_surfaces = before;
         }
         Ok(())
     }
 
-    /// Charges with the gas states of their shells.
-    pub(super) fn charged(&self) -> impl Iterator<Item = (&GasCharge, &[ShellState])> {
-        let mut shells = self.state.shells.as_slice();
+    /// Charges with the gas states of their surfaces.
+    pub(super) fn charged(&self) -> impl Iterator<Item = (&GasCharge, &[GasSurfaceState])> {
+        let mut surfaces = self.state.gas_surfaces.as_slice();
         self.model.conditions.charged.iter().map(move |charged| {
-            let (own, others) = shells.split_at(charged.charge.shells.len());
-            shells = others;
+            let (own, others) = surfaces.split_at(charged.charge.surfaces.len());
+            surfaces = others;
             (&charged.charge, own)
         })
     }
 
     /// Displacements of the nodes of a charge `[m]`.
-    pub(super) fn moved(&self, charge: &GasCharge) -> Vec<Vec3> {
+    pub(super) fn wall_displacements(&self, charge: &GasCharge) -> Vec<Vec3> {
         let u = |node: &u32| Vec3::from(self.model.get(&self.state.u, *node as usize));
         charge.nodes.iter().map(u).collect()
     }
 
     /// Updates the forces of the charges in force to the present positions of their walls. Returns
-    /// the present gas states of all shells.
-    pub(super) fn update_gas(&mut self) -> Vec<ShellState> {
+    /// the present gas states of all surfaces.
+    pub(super) fn update_gas(&mut self) -> Vec<GasSurfaceState> {
         let loads = self.model.conditions.loaded.len();
         let acts = |load: usize| self.view.factors.get(load).is_some_and(|factor| *factor != 0.0);
         let charged: Vec<_> = self.charged().collect();
         let each = charged.par_iter().enumerate().map(|(index, (charge, before))| {
-            acts(loads + index).then(|| charge.push(&self.moved(charge), before))
+            acts(loads + index).then(|| charge.gas_forces(&self.wall_displacements(charge), before))
         });
         let each: Vec<Option<ChargeForces>> = each.collect();
-        let mut shells = Vec::with_capacity(self.state.shells.len());
-        for (push, (_, before)) in each.iter().zip(charged) {
-            shells.extend(push.as_ref().map_or(before, |push| &push.shells));
+        let mut surfaces = Vec::with_capacity(self.state.gas_surfaces.len());
+        for (gas, (_, before)) in each.iter().zip(charged) {
+            surfaces.extend(gas.as_ref().map_or(before, |gas| &gas.surfaces));
         }
         let Self { model, view: StageView { conditions, .. }, .. } = self;
         let boundary_forces = model.conditions.charged.iter().zip(each).enumerate();
-        for (index, (charged, push)) in boundary_forces {
-            let Some(push) = push else { continue };
-            for (node, force) in charged.charge.nodes.iter().zip(push.forces) {
+        for (index, (charged, gas)) in boundary_forces {
+            let Some(gas) = gas else { continue };
+            for (node, force) in charged.charge.nodes.iter().zip(gas.forces) {
                 let slot = model.node_slot(*node as usize);
                 if let Some(present) = conditions.force_mut(slot, (loads + index) as u32) {
                     *present = force.into();
                 }
             }
         }
-        shells
+        surfaces
     }
 
     /// Sets the free-field columns that come into force to rest.
     fn begin_columns(&mut self, stage: usize) {
         let boundaries = &self.model.boundaries;
         for (index, boundary) in boundaries.list.iter().enumerate() {
-            let goes_on = boundaries.has(index, self.state.stage);
-            if boundaries.has(index, stage) && !goes_on {
+            let continues = boundaries.has(index, self.state.stage);
+            if boundaries.has(index, stage) && !continues {
                 for column in &boundary.columns {
                     let levels = column.first..column.first + column.nodes.len();
                     self.state.columns[levels].fill([Vec3::zeros(); 2]);
@@ -220,7 +221,7 @@ impl Simulation {
         };
         let step = ColumnStep {
             interval: motion.interval,
-            part: 0.5 * motion.previous_step_ratio(),
+            fraction: 0.5 * motion.previous_step_ratio(),
             local: motion.local,
             stiffness: motion.stiffness,
             factors: &factors,

@@ -44,7 +44,7 @@ impl Simulation {
         let mass_properties = self.model.assembly.rigid.clone();
         let geometry = self.model.excavate(now);
         self.keep_angular_momentum(&mass_properties);
-        self.forget_removed();
+        self.clear_removed();
         self.update_joints(&geometry);
         self.scratch.fit(&self.model, &self.state);
         // The next step checks its length again.
@@ -118,7 +118,7 @@ impl Simulation {
     }
 
     /// Clears all data of removed blocks in the state.
-    fn forget_removed(&mut self) {
+    fn clear_removed(&mut self) {
         let model = &self.model;
         let packs = &model.packs;
         for (index, pack) in packs.packs.iter().enumerate() {
@@ -127,7 +127,7 @@ impl Simulation {
                 if !model.is_removed(block) {
                     continue;
                 }
-                let nodes = 3 * pack.start..3 * (pack.start + packs.shape_of(pack).nodes);
+                let nodes = 3 * pack.start..3 * (pack.start + packs.numbering_of(pack).nodes);
                 let clear = |field: &mut [Lanes]| {
                     field[nodes.clone()].iter_mut().for_each(|lanes| lanes.0[lane] = 0.0);
                 };
@@ -142,7 +142,7 @@ impl Simulation {
                 let section = direction.and_then(|d| model.sections.get(index, d));
                 let table = model.assembly.pack_tables[index][offset] as usize;
                 let table = model.assembly.tables.get(table);
-                self.state.broken_joints.forget_absent(index, offset, section, table);
+                self.state.broken_joints.clear_absent(index, offset, section, table);
             }
         }
         let (contacts, mut ended) = (&mut self.state.contacts, Vec::new());
@@ -154,7 +154,7 @@ impl Simulation {
         }
         contacts.add_released(ended);
         contacts.near.clear();
-        contacts.known = false;
+        contacts.near_is_complete = false;
         contacts.renew(Vec::new());
     }
 }

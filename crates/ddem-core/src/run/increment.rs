@@ -12,19 +12,19 @@ use ddem_mechanics::law::ReducedLaw;
 use ddem_mechanics::math::lanes::Lanes;
 
 impl Simulation {
-    /// Begins an increment: changes strengths and moves supports by their part.
+    /// Begins an increment: changes strengths and moves supports by their fraction.
     pub(super) fn begin_increment(&mut self, progress: &RelaxationProgress) {
         if progress.increments > 1 {
-            self.ramp_strengths(progress.left, progress.part(), true);
+            self.ramp_strengths(progress.from_stage, progress.fraction(), true);
         }
         self.shift_supports(progress);
     }
 
-    /// Sets the strengths to a part of the way from those of the stage `left` to those of the
-    /// present stage. With `remake`, contacts whose friction has changed are remade.
-    pub(super) fn ramp_strengths(&mut self, left: usize, part: f64, remake: bool) {
+    /// Sets the strengths to a fraction of the way from those of the stage `from_stage` to those of
+    /// the present stage. With `remake`, contacts whose friction has changed are remade.
+    pub(super) fn ramp_strengths(&mut self, from_stage: usize, fraction: f64, remake: bool) {
         let Self { model, state, .. } = self;
-        let before = model.back(left, state.stage);
+        let before = model.back(from_stage, state.stage);
         let differs = |block: u32| model.geometry.differs(&before, block as usize);
         if !(0..model.n_blocks()).any(|block| differs(block as u32)) {
             return;
@@ -33,7 +33,7 @@ impl Simulation {
         contacts.remake(|patch| {
             remake && patch.bond.is_none() && patch.blocks.into_iter().any(differs)
         });
-        let laws = model.ramp(&before, part);
+        let laws = model.ramp(&before, fraction);
         for patch in &mut contacts.patches {
             if let (Some(bond), Some(law)) = (&mut patch.bond, laws.get(&patch.blocks)) {
                 bond.law = *law;
@@ -84,10 +84,11 @@ impl Simulation {
 
     /// Displacements of the supports in one increment `[m]`.
     pub(super) fn support_increments(&self, progress: &RelaxationProgress) -> Vec<[f64; 3]> {
-        let part = 1.0 / progress.increments as f64;
+        let fraction = 1.0 / progress.increments as f64;
         let driven = progress.driven.map(|first| first..=self.state.stage);
-        driven
-            .map_or_else(Vec::new, |stages| self.model.conditions.support_increments(stages, part))
+        driven.map_or_else(Vec::new, |stages| {
+            self.model.conditions.support_increments(stages, fraction)
+        })
     }
 
     /// Moves supports by their displacement in one increment, at once. Their work uses the mean of
@@ -102,7 +103,7 @@ impl Simulation {
         let (context, state, scratch) = self.parts();
         apply_support_displacements(context, state);
         scratch.fit(context.model, state);
-        self.state.contacts.known = false;
+        self.state.contacts.near_is_complete = false;
         let support_increments = std::mem::replace(&mut self.view.velocities, velocities);
         // The velocities are the displacement increments here, so that the power of the loads is
         // their work. The reactions would stop these velocities and are measured afterwards, at

@@ -3,7 +3,7 @@
 use super::Simulation;
 use crate::output::energy::Energy;
 use crate::state::{State, Work};
-use crate::step::{TrialStep, balance};
+use crate::step::{EvaluationStep, balance};
 use ddem_joint::losses::Losses;
 use ddem_mechanics::math::sums::StepSums;
 
@@ -19,7 +19,7 @@ pub(super) struct Measured {
     /// Losses of joints and contacts that the next step will book.
     losing: Losses,
     /// Energy that points have given in excess of what they took `[J]`, at most 0.
-    debt: f64,
+    energy_deficit: f64,
 }
 
 impl Simulation {
@@ -34,20 +34,26 @@ impl Simulation {
         self.update_gas();
         let (mut context, state, scratch) = self.parts();
         context.energies = true;
-        let mut broken_joints = std::mem::take(&mut scratch.trial);
+        let mut broken_joints = std::mem::take(&mut scratch.measured_joints);
         broken_joints.clone_from(&state.broken_joints);
-        let mut contacts = std::mem::take(&mut scratch.trial_contacts);
+        let mut contacts = std::mem::take(&mut scratch.measured_contacts);
         contacts.clone_from(&state.contacts);
         let State { u, v, poses, .. } = state;
-        let trial =
-            TrialStep { u, v, poses, broken_joints: &mut broken_joints, contacts: &mut contacts };
-        let (sums, losing) = balance(context, trial, scratch);
+        let evaluation = EvaluationStep {
+            u,
+            v,
+            poses,
+            broken_joints: &mut broken_joints,
+            contacts: &mut contacts,
+        };
+        let (sums, losing) = balance(context, evaluation, scratch);
         let mut strain = scratch.strain_energy();
-        let debt = broken_joints.debt() + contacts.debt();
-        strain[1] += contacts.stored() - debt;
-        (self.scratch.trial, self.scratch.trial_contacts) = (broken_joints, contacts);
+        let energy_deficit = broken_joints.energy_deficit() + contacts.energy_deficit();
+        strain[1] += contacts.stored() - energy_deficit;
+        (self.scratch.measured_joints, self.scratch.measured_contacts) = (broken_joints, contacts);
         self.last = sums;
-        self.measured = Measured { revisions: Some(self.revisions()), sums, strain, losing, debt };
+        self.measured =
+            Measured { revisions: Some(self.revisions()), sums, strain, losing, energy_deficit };
     }
 
     /// Measures if anything has changed since the last measurement; returns the results.
@@ -90,8 +96,8 @@ impl Simulation {
             self.synchronise_columns();
             self.state.poses = poses;
             // The failures and the slip of the measurement become part of the state.
-            std::mem::swap(&mut self.state.broken_joints, &mut self.scratch.trial);
-            std::mem::swap(&mut self.state.contacts, &mut self.scratch.trial_contacts);
+            std::mem::swap(&mut self.state.broken_joints, &mut self.scratch.measured_joints);
+            std::mem::swap(&mut self.state.contacts, &mut self.scratch.measured_contacts);
             self.add_losses(losing);
             self.state.before = 0.0;
             // Velocities at the present time have another measure of kinetic energy.
@@ -109,7 +115,7 @@ impl Simulation {
 
     /// Energies at the present time and their balance (§6).
     pub fn energy(&mut self) -> Energy {
-        let Measured { sums, strain, losing, debt, .. } = self.measure_once();
+        let Measured { sums, strain, losing, energy_deficit, .. } = self.measure_once();
         let Work { loads, supports, damping, friction, fracture, contact, most } = self.state.work;
         // This is the work of the last velocities up to now, which the next step will book.
         let half = 0.5 * self.state.before;
@@ -120,7 +126,7 @@ impl Simulation {
         };
         let external = loads + supports + done;
         let Losses { friction: slid, fracture: broke, contact: met, damping: dashed, .. } = losing;
-        let contact = contact + met + debt;
+        let contact = contact + met + energy_deficit;
         let lost = [damping + damped + dashed, friction + slid, fracture + broke, contact];
         Energy::new(sums.kinetic, strain, lost, external, [self.initial_energy, most])
     }
@@ -149,7 +155,7 @@ impl Simulation {
     pub fn set_displacements(&mut self, displacements: &[[f64; 3]]) {
         self.model.one_for_each_node("displacements", displacements.len());
         let before = self.energy().balance;
-        for (node, u) in self.model.there(displacements) {
+        for (node, u) in self.model.existing_nodes(displacements) {
             self.model.set(&mut self.state.u, node, *u);
         }
         self.state.place_rigid(&self.model);
@@ -168,7 +174,7 @@ impl Simulation {
         self.model.one_for_each_node("velocities", velocities.len());
         self.synchronise();
         let before = self.energy().balance;
-        for (node, v) in self.model.there(velocities) {
+        for (node, v) in self.model.existing_nodes(velocities) {
             self.model.set(&mut self.state.v, node, *v);
         }
         self.state.move_rigid(&self.model);

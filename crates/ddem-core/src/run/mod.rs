@@ -13,7 +13,7 @@ pub(crate) mod saved;
 mod stops;
 mod time_step;
 
-pub(crate) use rounding::LOOKS;
+pub(crate) use rounding::ROUNDING_CHECKS;
 pub use time_step::SHORTEST_STEP;
 
 use std::ops::ControlFlow;
@@ -222,7 +222,7 @@ impl Simulation {
         self.update_factors()?;
         self.match_motion();
         self.update_boundary_forces()?;
-        self.state.shells = self.update_gas();
+        self.state.gas_surfaces = self.update_gas();
         self.state.load_factors.clone_from(&self.view.factors);
         let (mut context, state, scratch) = self.parts();
         context.waits = waits;
@@ -330,7 +330,7 @@ impl Simulation {
     /// As [`step`](Self::step).
     pub fn check_finite(&mut self) -> Result<(), RunError> {
         let sums = self.measure_once().sums;
-        self.check(sums, &self.scratch.trial_contacts)
+        self.check(sums, &self.scratch.measured_contacts)
     }
 
     /// Updates the factors of the loads and the velocities of the supports for the next step.
@@ -349,7 +349,7 @@ impl Simulation {
     pub(crate) fn parts(&mut self) -> (Context<'_>, &mut State, &mut Scratch) {
         let Self { model, state, scratch, view, motion, failure_suspended, .. } = self;
         view.sliding.clear();
-        if !motion.fictitious && !model.is_shaken(state.time, &state.stage_starts) {
+        if !motion.fictitious && !model.has_blast_waves(state.time, &state.stage_starts) {
             let failed = state.failed != [0; 2];
             let State { broken_joints, contacts, .. } = &**state;
             model.sliding.rates(&model.packs, failed, broken_joints, contacts, &mut view.sliding);

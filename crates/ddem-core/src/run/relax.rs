@@ -12,12 +12,12 @@ use std::sync::atomic::Ordering;
 
 use crate::error::RunError;
 use crate::model::stage::allow_tolerance;
-use crate::run::{LOOKS, Simulation};
+use crate::run::{ROUNDING_CHECKS, Simulation};
 use crate::state::motion::Motion;
 use crate::state::{RelaxationProgress, State};
-use crate::step::preconditioner::{ContactMasses, Preconditioner, Relaxation, has_turned};
+use crate::step::preconditioner::{ContactMasses, Preconditioner, Relaxation, has_rotated};
 use crate::step::timestep::{largest_clustered, largest_of_gases};
-use crate::step::{TrialStep, advance_relaxing, balance};
+use crate::step::{EvaluationStep, advance_relaxing, balance};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::StepSums;
 
@@ -34,9 +34,9 @@ const MOST_LOADED: f64 = 0.995;
 const AT_REST: f64 = 1e-12;
 
 /// Steps between two checks for forces that are only rounding.
-const LOOK_AROUND: u64 = 200;
+const ROUNDING_CHECK_INTERVAL: u64 = 200;
 /// Steps between two checks of the rotations of blocks.
-const LOOK_AT_TURNS: u64 = 10;
+const ROTATION_CHECK_INTERVAL: u64 = 10;
 
 /// Progress of a relaxation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,9 +62,9 @@ impl Simulation {
         let conditions = &self.model.conditions;
         let mut to = conditions.factors(state.stage, state.time, &state.stage_starts)?;
         to.push(1.0);
-        let left = state.stage_entry.map_or(state.stage, |entry| entry.left);
+        let from_stage = state.stage_entry.map_or(state.stage, |entry| entry.from_stage);
         if increments > 1 {
-            self.model.check_ramp(&self.model.back(left, state.stage))?;
+            self.model.check_ramp(&self.model.back(from_stage, state.stage))?;
         }
         self.synchronise();
         self.stop();
@@ -75,7 +75,7 @@ impl Simulation {
         let progress = RelaxationProgress {
             increments: u64::from(increments.max(1)),
             increment: 1,
-            left,
+            from_stage,
             driven: state.stage_entry.map(|entry| entry.first),
             from: match all {
                 true => self.model.conditions.at_once(&to, &state.load_factors),
@@ -87,7 +87,7 @@ impl Simulation {
         };
         let stop = self.stop.clone();
         let begins = progress.clone();
-        self.go_on_relaxing(progress, &|| stop.load(Ordering::Relaxed))?;
+        self.set_relaxation(progress, &|| stop.load(Ordering::Relaxed))?;
         self.state.stage_entry = None;
         self.keep_slip(true);
         self.begin_increment(&begins);
@@ -105,14 +105,14 @@ impl Simulation {
     /// Continues a relaxation from a checkpoint.
     pub(super) fn continue_relaxation(&mut self, progress: RelaxationProgress) {
         if progress.increments > 1 {
-            self.ramp_strengths(progress.left, progress.part(), false);
+            self.ramp_strengths(progress.from_stage, progress.fraction(), false);
         }
         // This cannot stop, needs no history, and had masses before. Otherwise the next step starts
         // a new relaxation and reports the error.
-        let _ = self.go_on_relaxing(progress, &|| false);
+        let _ = self.set_relaxation(progress, &|| false);
     }
 
-    fn go_on_relaxing(
+    fn set_relaxation(
         &mut self,
         progress: RelaxationProgress,
         stop: &dyn Fn() -> bool,
@@ -162,7 +162,7 @@ impl Simulation {
         let factors = factors.iter().skip(self.model.conditions.loaded.len());
         let charges = self.charged().zip(factors).filter(|(_, factor)| **factor > 0.0);
         let gases = charges.filter_map(|((charge, gas), factor)| {
-            let (stiffness, areas) = charge.stiffness(&self.moved(charge), gas)?;
+            let (stiffness, areas) = charge.stiffness(&self.wall_displacements(charge), gas)?;
             Some((charge.nodes.clone(), factor * stiffness, areas))
         });
         let gases: Vec<_> = gases.collect();
@@ -217,10 +217,10 @@ impl Simulation {
             progress.rest();
             return Ok(Relaxed::Moving);
         }
-        let looks = self.state.steps.is_multiple_of(LOOK_AROUND);
+        let is_checked = self.state.steps.is_multiple_of(ROUNDING_CHECK_INTERVAL);
         let at_rest = progress.has_stopped(AT_REST);
-        let unloaded = looks && self.check_rounding(progress, tolerance, at_rest)?;
-        let stopped = progress.has_stopped(tolerance) || progress.rounded >= LOOKS;
+        let unloaded = is_checked && self.check_rounding(progress, tolerance, at_rest)?;
+        let stopped = progress.has_stopped(tolerance) || progress.rounded >= ROUNDING_CHECKS;
         if unloaded || (sums.ratio() <= tolerance && stopped) {
             return Ok(self.end_increment(progress));
         }
@@ -235,14 +235,14 @@ impl Simulation {
         // No gas vents while time stands still.
         let detonation_volume = self.update_gas().into_iter().map(|fill| fill.detonation_volume);
         self.state
-            .shells
+            .gas_surfaces
             .iter_mut()
             .zip(detonation_volume)
-            .for_each(|(shell, detonation_volume)| shell.detonation_volume = detonation_volume);
+            .for_each(|(surface, detonation_volume)| surface.detonation_volume = detonation_volume);
         let (context, state, scratch) = self.parts();
         let State { u, v, poses, broken_joints, contacts, .. } = state;
         let (mut sums, losses) =
-            balance(context, TrialStep { u, v, poses, broken_joints, contacts }, scratch);
+            balance(context, EvaluationStep { u, v, poses, broken_joints, contacts }, scratch);
         if sums.applied == 0.0 {
             // Without applied forces the ratio refers to the forces at the start.
             progress.first = if progress.first == 0.0 { sums.free } else { progress.first };
@@ -286,12 +286,12 @@ impl Simulation {
         preconditioner: &mut Preconditioner,
         power: f64,
     ) {
-        if !progress.turned && self.state.steps.is_multiple_of(LOOK_AT_TURNS) {
-            progress.turned = has_turned(&self.model, &self.scratch.frames);
-            progress.since_restart *= u64::from(!progress.turned);
+        if !progress.has_rotated && self.state.steps.is_multiple_of(ROTATION_CHECK_INTERVAL) {
+            progress.has_rotated = has_rotated(&self.model, &self.scratch.frames);
+            progress.since_restart *= u64::from(!progress.has_rotated);
         }
-        if progress.turned {
-            preconditioner.turned.clone_from(&self.scratch.frames);
+        if progress.has_rotated {
+            preconditioner.frames.clone_from(&self.scratch.frames);
         }
         let restart = progress.since_restart == 0 || power < 0.0;
         progress.since_restart *= u64::from(!restart);
@@ -331,8 +331,8 @@ impl Simulation {
         let state = &mut *self.state;
         state.watch.note_near_equilibrium(state.steps);
         let overload = self.as_measured().overload();
-        let turning = overload <= 1.0;
-        if turning && !self.as_measured().hinges() {
+        let releases = overload <= 1.0;
+        if releases && !self.as_measured().has_rotated_joints() {
             return false;
         }
         // The relaxation restarts from rest.
@@ -340,10 +340,10 @@ impl Simulation {
         let failed = self.state.failed;
         let (mut context, state, scratch) = self.parts();
         context.failure_divisor = Some((MOST_LOADED * overload).max(1.0));
-        context.turning &= turning;
+        context.releases_rotated_joints &= releases;
         let State { u, v, poses, broken_joints, contacts, .. } = state;
         let (_, losses) =
-            balance(context, TrialStep { u, v, poses, broken_joints, contacts }, scratch);
+            balance(context, EvaluationStep { u, v, poses, broken_joints, contacts }, scratch);
         self.add_losses(losses);
         let fails = self.state.failed != failed;
         if fails {
@@ -391,7 +391,7 @@ impl Simulation {
     pub(super) fn drop_relaxation(&mut self) -> bool {
         let Some(Relaxation { progress, .. }) = self.relaxation.take() else { return false };
         if progress.increment < progress.increments {
-            self.ramp_strengths(progress.left, 1.0, true);
+            self.ramp_strengths(progress.from_stage, 1.0, true);
         }
         self.keep_slip(false);
         true

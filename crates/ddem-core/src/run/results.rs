@@ -86,12 +86,12 @@ impl Simulation {
     /// Runs the first pass of a step alone: elastic forces of blocks and joints. Nothing moves.
     pub fn evaluate_forces(&mut self) {
         let (context, state, scratch) = self.parts();
-        let mut trial = std::mem::take(&mut scratch.trial);
-        trial.clone_from(&state.broken_joints);
+        let mut joints = std::mem::take(&mut scratch.measured_joints);
+        joints.clone_from(&state.broken_joints);
         let pass = context.pass(&state.u, &state.v);
         let pass = crate::step::FirstPass { viscous: None, ..pass };
-        crate::step::forces(pass, &mut trial, None, scratch);
-        scratch.trial = trial;
+        crate::step::forces(pass, &mut joints, None, scratch);
+        scratch.measured_joints = joints;
     }
 
     /// Force that accelerates each node `[N]`, shape `(n_nodes, 3)`: loads and reactions less the

@@ -13,7 +13,7 @@ use ddem_mesh::Vec3;
 const ROUNDED: f64 = 8.0;
 
 /// Successive checks without a decrease after which possible rounding counts as rounding.
-pub(crate) const LOOKS: u64 = 10;
+pub(crate) const ROUNDING_CHECKS: u64 = 10;
 /// Fraction of the former ratio below which the ratio counts as decreased.
 const LESS: f64 = 0.7;
 
@@ -39,7 +39,7 @@ impl Simulation {
         if falls {
             progress.least = ratio;
         }
-        let stays = progress.rounded >= LOOKS || at_rest;
+        let stays = progress.rounded >= ROUNDING_CHECKS || at_rest;
         match out_of_reach.filter(|_| stays && ratio > tolerance) {
             Some(_) if self.last.free <= tolerance * tolerance * progress.most => Ok(true),
             Some(error) => Err(error),
@@ -90,13 +90,13 @@ impl Simulation {
             let block = patch.blocks[0] as usize;
             let first = self.model.geometry.blocks[block].first_node as usize;
             let at = Vec3::from(self.model.point(first)).abs();
-            let normal = patch.now[0].abs();
+            let normal = patch.axes_now[0].abs();
             let along = normal.map(|n| (1.0 - n * n).max(0.0).sqrt());
             let area = |point: &ContactPoint| {
-                if patch.acts(point) { point.pair.area * point.pair.area } else { 0.0 }
+                if patch.may_carry_force(point) { point.pair.area * point.pair.area } else { 0.0 }
             };
             let areas = patch.points.iter().map(area).sum::<f64>().sqrt();
-            let SpringStiffness { normal: stiff, shear } = patch.both.stiffness;
+            let SpringStiffness { normal: stiff, shear } = patch.surface.stiffness;
             let force = f64::EPSILON * areas * (stiff * normal.dot(&at) + shear * along.dot(&at));
             (block, at.amax(), force)
         })

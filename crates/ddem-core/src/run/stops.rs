@@ -141,7 +141,7 @@ impl Simulation {
         let packs = &self.model.packs;
         let mut most = (0.0, 0);
         for (index, pack) in packs.packs.iter().enumerate() {
-            let nodes = 3 * pack.start..3 * (pack.start + packs.shape_of(pack).nodes);
+            let nodes = 3 * pack.start..3 * (pack.start + packs.numbering_of(pack).nodes);
             for lane in (0..pack.filled).filter(|&lane| wanted(index, lane)) {
                 for v in self.state.v[nodes.clone()].chunks_exact(3) {
                     let speed = Vec3::from([0, 1, 2].map(|c| v[c].0[lane])).norm();
@@ -188,7 +188,7 @@ impl Simulation {
         let size = |x: f64| if x.is_nan() { f64::INFINITY } else { x.abs() };
         let mut worst = (f64::NEG_INFINITY, 0, 0);
         for (index, pack) in self.model.packs.packs.iter().enumerate() {
-            let nodes = self.model.packs.shape_of(pack).nodes;
+            let nodes = self.model.packs.numbering_of(pack).nodes;
             let forces = &self.scratch.f[3 * pack.start..3 * (pack.start + nodes)];
             for (at, f) in forces.iter().enumerate() {
                 for lane in 0..pack.filled {

@@ -201,7 +201,7 @@ impl Simulation {
     pub(super) fn shorten(&mut self) -> Result<(), RunError> {
         self.state.broken_joints = self.model.broken_joints();
         let safe = self.broken_step(self.damping)?;
-        self.slow_down(safe);
+        self.limit_step(safe);
         Ok(())
     }
 
@@ -212,7 +212,7 @@ impl Simulation {
             // Velocities have been set between two steps.
             let moving = self.state.before == 0.0 && self.moves();
             let longest = self.automatic_step(self.damping, moving)?;
-            self.slow_down(longest);
+            self.limit_step(longest);
             return Ok(());
         }
         let critical = self.damping.stable_step(self.critical(false)?);
@@ -226,7 +226,7 @@ impl Simulation {
     }
 
     /// Limits the steps to this length `[s]`, from the present time on.
-    fn slow_down(&mut self, longest: f64) {
+    fn limit_step(&mut self, longest: f64) {
         // Rounding makes steps that fill a duration longer than requested.
         if self.motion.time_step <= longest * (1.0 + 1e-9) {
             return;

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use crate::model::Model;
-use crate::model::charge::ShellState;
+use crate::model::charge::GasSurfaceState;
 use crate::model::conditions::{AppliedForces, FadingForces};
 use crate::state::watch::MotionWatch;
 use ddem_joint::broken::BrokenJoints;
@@ -92,8 +92,8 @@ pub(crate) struct State {
     pub(crate) released: BTreeMap<usize, FadingForces>,
     /// Displacements `[m]` and velocities `[m/s]` of the levels of free-field columns.
     pub(crate) columns: Vec<[Vec3; 2]>,
-    /// State of the gas in the shells of charges, charge by charge.
-    pub(crate) shells: Vec<ShellState>,
+    /// State of the gas in the gas surfaces of charges, charge by charge.
+    pub(crate) gas_surfaces: Vec<GasSurfaceState>,
     /// Path length of relaxation so far, `Σ ‖Δu‖` `[m]`.
     pub(crate) path_length: f64,
     /// Peak values so far.
@@ -106,7 +106,7 @@ pub(crate) struct State {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct StageEntry {
     /// Stage that was left.
-    pub(crate) left: usize,
+    pub(crate) from_stage: usize,
     /// First of the stages that begin; programs may skip some.
     pub(crate) first: usize,
 }
@@ -123,7 +123,7 @@ impl State {
             automatic: false,
             steps: 0,
             stage: 0,
-            stage_entry: Some(StageEntry { left: 0, first: 0 }),
+            stage_entry: Some(StageEntry { from_stage: 0, first: 0 }),
             stage_starts: vec![0.0],
             u: vec![Lanes::ZERO; n],
             v: vec![Lanes::ZERO; n],
@@ -138,7 +138,7 @@ impl State {
             locked_reactions: AppliedForces::default(),
             released: BTreeMap::new(),
             columns: vec![[Vec3::zeros(); 2]; model.boundaries.column_nodes()],
-            shells: vec![ShellState::default(); model.conditions.n_shells()],
+            gas_surfaces: vec![GasSurfaceState::default(); model.conditions.n_gas_surfaces()],
             path_length: 0.0,
             peaks: Peaks::new(model),
             watch: MotionWatch::default(),

@@ -96,7 +96,7 @@ impl<'a> Input<'a> {
         }
         let direction = offset.trailing_zeros() as usize;
         let packs = self.moved.packs;
-        let node_pairs = &packs.shape_of(&packs.packs[pack]).pairs[direction];
+        let node_pairs = &packs.numbering_of(&packs.packs[pack]).pairs[direction];
         Some(FaceLattice { node_pairs, section: self.sections.get(pack, direction)? })
     }
 
@@ -112,9 +112,9 @@ impl<'a> Input<'a> {
         }))
     }
 
-    /// Frames of the ground blocks with which the springs of each lane rotate. The ground is the only
-    /// held block of a joint once all pairs have failed, until a contact replaces the joint. `mean` is
-    /// the rotation of the joint's frame.
+    /// Frames of the ground blocks with which the springs of each lane rotate. The ground is the
+    /// only held block of a joint once all pairs have failed, until a contact replaces the joint.
+    /// `mean` is the rotation of the joint's frame.
     #[inline(always)]
     pub(crate) fn grounds<S: Simd>(
         &self,
@@ -128,10 +128,10 @@ impl<'a> Input<'a> {
         let pack = &self.moved.packs.packs[at.pack];
         let part = self.own_part(pack.upper[at.offset], at.pack);
         let context = self.pair_context;
-        let stands: [bool; LANES] = std::array::from_fn(|lane| {
+        let has_ground: [bool; LANES] = std::array::from_fn(|lane| {
             part.0[lane] != 0.5 && broken.has_failed_in_place(context, section, lane, pack.rigid)
         });
-        if !context.turning || stands == [false; LANES] {
+        if !context.releases_rotated_joints || has_ground == [false; LANES] {
             return [None; LANES];
         }
         let own = part.load(simd).simd_gt(splat(simd, 0.5));
@@ -139,8 +139,8 @@ impl<'a> Input<'a> {
         let ground = [0, 1, 2].map(|i| [0, 1, 2].map(|j| own.select(a[i][j], b[i][j])));
         let rows = transposed_product(mean, &ground).map(|row| row.map(Lanes::from));
         std::array::from_fn(|lane| {
-            let turned = || Matrix3::from_fn(|i, j| rows[i][j].0[lane]);
-            stands[lane].then(|| GroundFrame::new(&turned(), section, lane))
+            let rotation = || Matrix3::from_fn(|i, j| rows[i][j].0[lane]);
+            has_ground[lane].then(|| GroundFrame::new(&rotation(), section, lane))
         })
     }
 }

@@ -15,7 +15,7 @@ pub(crate) struct RelaxationProgress {
     /// Increment that is being relaxed, counted from 1.
     pub(crate) increment: u64,
     /// Stage with the strengths at the start.
-    pub(crate) left: usize,
+    pub(crate) from_stage: usize,
     /// First of the stages that begin, if any do; their supports are driven.
     pub(crate) driven: Option<usize>,
     /// Steps since the last restart.
@@ -26,7 +26,7 @@ pub(crate) struct RelaxationProgress {
     /// True if failure has been checked near this equilibrium.
     pub(crate) failure_checked: bool,
     /// True if blocks have rotated far, so that the masses rotate with them.
-    pub(crate) turned: bool,
+    pub(crate) has_rotated: bool,
     /// Number of successive checks at which only rounding was out of balance.
     pub(crate) rounded: u64,
     /// Unbalanced force ratio at the first of these checks.
@@ -43,13 +43,13 @@ pub(crate) struct RelaxationProgress {
 impl RelaxationProgress {
     /// Load factors of the increment that is being relaxed.
     pub(crate) fn present_factors(&self) -> Vec<f64> {
-        let part = self.part();
-        let between = |(from, to): (&f64, &f64)| from + (to - from) * part;
+        let fraction = self.fraction();
+        let between = |(from, to): (&f64, &f64)| from + (to - from) * fraction;
         self.from.iter().zip(&self.to).map(between).collect()
     }
 
     /// Fraction of the change of loads and strengths that the present increment reaches.
-    pub(crate) fn part(&self) -> f64 {
+    pub(crate) fn fraction(&self) -> f64 {
         self.increment as f64 / self.increments as f64
     }
 

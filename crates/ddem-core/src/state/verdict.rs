@@ -2,7 +2,7 @@
 
 use crate::error::MovingBlock;
 use crate::model::Model;
-use crate::model::damage::Damage;
+use crate::model::joint_state::JointState;
 use crate::state::State;
 use crate::state::motion::Motion;
 use crate::state::watch::{SAMPLE_INTERVAL, detection_time};
@@ -26,8 +26,8 @@ fn linked_blocks<'a>(
     model: &'a Model,
     state: &'a State,
 ) -> impl Iterator<Item = [usize; 2]> + use<'a> {
-    let joints = model.damages(&state.broken_joints, &state.contacts);
-    let joints = joints.filter(|damage| !damage.is_released()).map(|damage| damage.blocks);
+    let joints = model.joint_states(&state.broken_joints, &state.contacts);
+    let joints = joints.filter(|joint| !joint.is_released()).map(|joint| joint.blocks);
     joints.chain(contacts(model, state))
 }
 
@@ -36,8 +36,8 @@ fn unbonded_neighbours<'a>(
     model: &'a Model,
     state: &'a State,
 ) -> impl Iterator<Item = [usize; 2]> + use<'a> {
-    let joints = model.damages(&state.broken_joints, &state.contacts);
-    let failed = joints.filter(Damage::has_failed).map(|damage| damage.blocks);
+    let joints = model.joint_states(&state.broken_joints, &state.contacts);
+    let failed = joints.filter(JointState::has_failed).map(|joint| joint.blocks);
     failed.chain(contacts(model, state))
 }
 
@@ -45,9 +45,9 @@ fn unbonded_neighbours<'a>(
 fn displacements(model: &Model, state: &State) -> Vec<[f64; 3]> {
     let displacement_of = |block: usize| {
         let nodes = model.nodes_of(block);
-        let part = 1.0 / nodes.len() as f64;
+        let weight = 1.0 / nodes.len() as f64;
         let sum = nodes.map(|node| Vec3::from(model.get(&state.u, node))).sum::<Vec3>();
-        (sum * part).into()
+        (sum * weight).into()
     };
     (0..model.n_blocks()).map(displacement_of).collect()
 }
@@ -66,11 +66,11 @@ impl State {
         if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(SAMPLE_INTERVAL) {
             return;
         }
-        let part = |(blocks, distance): ([usize; 2], f64)| {
+        let fraction = |(blocks, distance): ([usize; 2], f64)| {
             let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block));
             distance / a.min(b)
         };
-        let most = self.relative_motions(model).into_iter().map(part).fold(0.0, f64::max);
+        let most = self.relative_motions(model).into_iter().map(fraction).fold(0.0, f64::max);
         // A relaxation has ended by the time that blocks fall.
         let flight = if relaxes { 0.0 } else { self.flight(model) };
         self.watch.samples.push([most, ratio, flight]);
@@ -93,8 +93,9 @@ impl State {
         let ground = motion(largest);
         let free =
             (0..n).filter(|&block| !model.is_removed(block) && groups.lowest(block) != largest);
-        let part = |block| (motion(block) - ground).norm() / model.geometry.shortest_edge(block);
-        free.map(part).fold(0.0, f64::max)
+        let fraction =
+            |block| (motion(block) - ground).norm() / model.geometry.shortest_edge(block);
+        free.map(fraction).fold(0.0, f64::max)
     }
 
     /// Relative motion of neighbours with failed pairs or in contact since the last event, with
@@ -132,10 +133,10 @@ impl State {
         let now = displacements(model, self);
         let motion =
             |from: &[[f64; 3]], block: usize| Vec3::from(now[block]) - displacement_of(from, block);
-        let there = || (0..now.len()).filter(|&block| !model.is_removed(block));
-        let most = there().map(|block| motion(last, block).norm()).fold(0.0, f64::max);
+        let existing = || (0..now.len()).filter(|&block| !model.is_removed(block));
+        let most = existing().map(|block| motion(last, block).norm()).fold(0.0, f64::max);
         let moves =
-            there().filter(|&block| most > 0.0 && motion(last, block).norm() >= MOVES * most);
+            existing().filter(|&block| most > 0.0 && motion(last, block).norm() >= MOVES * most);
         let mut moving: Vec<MovingBlock> = moves
             .map(|block| {
                 let motion = motion(first, block);

@@ -25,7 +25,7 @@ pub(crate) struct Context<'a> {
     /// fails.
     pub(crate) failure_divisor: Option<f64>,
     /// True if rotated joints release their bonded pairs, as in [`FirstPass`].
-    pub(crate) turning: bool,
+    pub(crate) releases_rotated_joints: bool,
     /// True if a step in which pairs fail is not taken.
     pub(crate) waits: bool,
     /// True if strain energies are requested.
@@ -50,8 +50,8 @@ impl<'a> Context<'a> {
             motion,
             gravity: (model.properties.gravity * gravity).into(),
             failure_divisor: (!motion.fictitious && !failure_suspended).then_some(1.0),
-            turning: model.can_meet(),
-            undamped: model.is_shaken(state.time, &state.stage_starts),
+            releases_rotated_joints: model.can_meet(),
+            undamped: model.has_blast_waves(state.time, &state.stage_starts),
             waits: false,
             energies: false,
             time: state.time,
@@ -74,7 +74,7 @@ impl<'a> Context<'a> {
             first: 0,
             u,
             failure_divisor: self.failure_divisor,
-            turning: self.turning,
+            releases_rotated_joints: self.releases_rotated_joints,
             undamped: self.undamped,
             relaxing: self.motion.fictitious,
             waits: self.waits,
@@ -98,8 +98,8 @@ impl<'a> Context<'a> {
         self.view.sliding.get(pack).copied().filter(|&alpha| alpha != Lanes::ZERO)
     }
 
-    /// True if no pair can fail, no blocks can meet and no energies are requested. Then a pack needs nothing from packs that
-    /// come after it but their positions.
+    /// True if no pair can fail, no blocks can meet and no energies are requested. Then a pack
+    /// needs nothing from packs that come after it but their positions.
     pub(super) fn is_unbreakable(&self) -> bool {
         let fails = self.failure_divisor.is_some() && self.model.laws.iter().any(Option::is_some);
         !fails && self.model.contact.is_none() && !self.energies
@@ -142,7 +142,7 @@ impl<'a> PackContext<'a> {
             step,
             index,
             pack,
-            divisions: model.packs.shape_of(pack).divisions,
+            divisions: model.packs.numbering_of(pack).divisions,
             class: &step.motion.classes[class],
             mass: &model.assembly.inertia[class].mass,
             supports: Supports { list: &conditions.supports[own], velocities, first },

@@ -10,7 +10,7 @@ use crate::force::joint::{cell_energy, joint};
 use crate::force::neighbour_forces::clear;
 use crate::model::Model;
 use crate::state::pass::{Input, Viscous, Workspace};
-use crate::step::scratch::{FirstPassPack, ForcesOnNeighbours, PackForces, PackJoints, Scratch};
+use crate::step::scratch::{FirstPassPack, NeighbourForcesMut, PackForces, PackJoints, Scratch};
 use ddem_joint::broken::{BrokenJoints, BrokenLattice};
 use ddem_joint::contact::{
     Configuration, ContactModel, Contacts, SearchContext, find, release_due_joints,
@@ -26,7 +26,7 @@ use ddem_mesh::pack::JointLattice;
 use ddem_mesh::parallel::spread;
 
 /// Fields of the first pass, of a run of packs.
-pub(super) type FirstPassFields<'a> = (PackForces<'a>, (PackJoints<'a>, ForcesOnNeighbours<'a>));
+pub(super) type FirstPassFields<'a> = (PackForces<'a>, (PackJoints<'a>, NeighbourForcesMut<'a>));
 
 /// Input of the first pass.
 #[derive(Clone, Copy)]
@@ -40,7 +40,7 @@ pub(crate) struct FirstPass<'a> {
     /// exceeds their strength fail; `None`: no pair fails.
     pub(crate) failure_divisor: Option<f64>,
     /// True if joints that have rotated release their bonded pairs.
-    pub(crate) turning: bool,
+    pub(crate) releases_rotated_joints: bool,
     /// True if slip continues from the last equilibrium. [`PairContext`] has this flag and
     /// `undamped`.
     pub(crate) relaxing: bool,
@@ -70,7 +70,7 @@ impl<'a> FirstPass<'a> {
             first: 0,
             u,
             failure_divisor: None,
-            turning: false,
+            releases_rotated_joints: false,
             relaxing: false,
             undamped: false,
             waits: false,
@@ -86,11 +86,13 @@ impl<'a> FirstPass<'a> {
 
     /// Context of the pairs.
     fn pair_context(&self) -> PairContext<'a> {
-        let Self { model, failure_divisor, turning, relaxing, undamped, time, .. } = *self;
+        let Self {
+            model, failure_divisor, releases_rotated_joints, relaxing, undamped, time, ..
+        } = *self;
         let time_step = self.last.map(|_| self.du.1);
         PairContext {
             failure_divisor,
-            turning,
+            releases_rotated_joints,
             relaxing,
             undamped,
             time,
@@ -253,7 +255,7 @@ pub(super) fn pack_forces<S: Simd>(
         if broken.as_ref().map_or(tables[offset] != NO_TABLE, BrokenLattice::acts) {
             joint(simd, input, JointLattice { pack, offset }, &mut broken, &mut out, work);
         } else {
-            clear(packs.shape_of(&packs.packs[pack]), offset, out.neighbour_forces);
+            clear(packs.numbering_of(&packs.packs[pack]), offset, out.neighbour_forces);
         }
         if broken.is_some() {
             broken_joints.get_or_insert_with(Box::default)[offset] = broken;

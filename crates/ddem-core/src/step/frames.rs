@@ -24,7 +24,7 @@ pub(super) fn frame_of(poses: &[Pose; LANES]) -> Frame {
 /// Frame of a pack's blocks at displacements `u`.
 #[simd]
 pub(super) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes]) -> Frame {
-    let divisions = model.packs.shape_of(&model.packs.packs[index]).divisions;
+    let divisions = model.packs.numbering_of(&model.packs.packs[index]).divisions;
     let mut moments = FirstMoments::new(simd, divisions);
     for row in u.as_chunks::<3>().0.chunks_exact(divisions + 1) {
         for (i, u) in row.iter().enumerate() {

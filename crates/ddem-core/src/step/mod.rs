@@ -2,8 +2,8 @@
 //!
 //! The paper's two passes run over packs of four blocks. [`forces`] is the loop over blocks and
 //! joints. It computes forces from displacements, and pairs fail there. [`second_pass`] sums the
-//! forces at each node in one order and moves the nodes, unless it is a trial. [`move_pack`] shows
-//! the order of physics inside a pack.
+//! forces at each node in one order and moves the nodes, unless it only evaluates them.
+//! [`move_pack`] shows the order of physics inside a pack.
 
 mod context;
 mod driving;
@@ -54,8 +54,8 @@ struct ForcesOfOthers<'a> {
 /// Fields of the second pass, of a run of packs.
 pub(crate) type SecondPassFields<'a> = (PackForces<'a>, SecondPass<'a>);
 
-/// State of a trial. Joints and contacts advance as in a step, but nothing moves.
-pub(crate) struct TrialStep<'a> {
+/// Evaluation of forces without motion: joints and contacts advance as in a step.
+pub(crate) struct EvaluationStep<'a> {
     pub(crate) u: &'a [Lanes],
     pub(crate) v: &'a [Lanes],
     pub(crate) poses: &'a [Poses],
@@ -94,13 +94,13 @@ pub(crate) fn step(
 /// Computes forces, reactions and sums at time t, and strain energies if the context requests them.
 pub(crate) fn balance(
     context: Context<'_>,
-    trial: TrialStep<'_>,
+    evaluation: EvaluationStep<'_>,
     scratch: &mut Scratch,
 ) -> (StepSums, Losses) {
-    let TrialStep { u, v, poses, broken_joints, contacts } = trial;
+    let EvaluationStep { u, v, poses, broken_joints, contacts } = evaluation;
     let losses = forces(context.pass(u, v), broken_joints, Some(contacts), scratch);
-    let seen = StateMotion { u: Access::Read(u), v: Access::Read(v), poses: Access::Read(poses) };
-    (second_pass(context, seen, contacts, scratch), losses)
+    let motion = StateMotion { u: Access::Read(u), v: Access::Read(v), poses: Access::Read(poses) };
+    (second_pass(context, motion, contacts, scratch), losses)
 }
 
 /// Runs the second pass: sums the forces at the nodes and moves the nodes.
@@ -155,8 +155,8 @@ fn move_pack<S: Simd>(
     if pack.is_rigid() {
         rigid::react(pack, &mut part);
     } else {
-        sliding::slow_down(simd, pack, &mut part);
-        nodes::resist(pack, &mut part);
+        sliding::damp_deformation(simd, pack, &mut part);
+        nodes::add_dashpot_forces(pack, &mut part);
         nodes::react(pack, &mut part);
     }
     let loads = part.loaded.then_some(&*part.q);

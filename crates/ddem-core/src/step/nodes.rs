@@ -44,7 +44,7 @@ pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
         if !part.loaded {
             part.q.fill(Lanes::ZERO);
         }
-        pack.dashpots.push(part.q);
+        pack.dashpots.add_boundary_forces(part.q);
         part.loaded = true;
     }
     let loads = part.loaded.then_some(&*part.q);
@@ -59,9 +59,9 @@ pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
 }
 
 /// Adds the forces of boundary dashpots.
-pub(super) fn resist(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+pub(super) fn add_dashpot_forces(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let v = part.blocks.v.get();
-    pack.dashpots.resist(pack.step.motion, pack.class, v, part.f, part.drags);
+    pack.dashpots.add_dashpot_forces(pack.step.motion, pack.class, v, part.f, part.dashpot_forces);
 }
 
 /// Adds the reactions of supports.
@@ -99,26 +99,28 @@ pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &m
     *part.sums = sums;
 }
 
-/// Advances velocities by (M2), then displacements. A trial computes the sums only, including those
-/// of energy.
+/// Advances velocities by (M2), then displacements. An evaluation computes the sums only, including
+/// those of energy.
 #[simd]
 pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let motion = pack.step.motion;
     let damped = motion.is_damped() || part.is_viscous();
     let energy = matches!(part.blocks.v, Access::Read(_)) || motion.changes();
     let unusual = energy || motion.local != 0.0 || part.is_viscous();
-    let PackFields { blocks, f, viscous, sums, reactions, drags, q, room, loaded, .. } = part;
+    let PackFields {
+        blocks, f, viscous, sums, reactions, dashpot_forces, q, buffer, loaded, ..
+    } = part;
     let v = match &mut blocks.v {
         Access::Write(v) => &mut **v,
         Access::Read(v) => {
-            room.clear();
-            room.extend_from_slice(v);
-            &mut room[..]
+            buffer.clear();
+            buffer.extend_from_slice(v);
+            &mut buffer[..]
         }
     };
     let mut own = StepSums { applied: sums.applied, ..StepSums::default() };
     own.supports[0] = pack.supports.power(v, reactions);
-    let drawn = pack.dashpots.power(v, drags);
+    let drawn = pack.dashpots.power(v, dashpot_forces);
     let forces = NodeForces { all: f, loads: loaded.then_some(&**q), viscous };
     match (unusual, *loaded, damped) {
         (true, ..) => accelerate::<S, { Sum::COUNT }>(simd, energy, pack, forces, v, &mut own),
@@ -129,7 +131,7 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     pack.supports.enforce(v);
     own.supports[1] = pack.supports.power(v, reactions);
     own.damping[0] += drawn;
-    own.damping[1] += pack.dashpots.power(v, drags);
+    own.damping[1] += pack.dashpots.power(v, dashpot_forces);
     if let Some(u) = blocks.u.get_mut() {
         let (fastest, frame) = displace(simd, pack, v, u);
         own.fastest = fastest;
@@ -140,7 +142,8 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     **sums = own;
 }
 
-/// Number of sums of nodes that are neither damped nor loaded, that are damped, and that are loaded.
+/// Number of sums of nodes that are neither damped nor loaded, that are damped, and that are
+/// loaded.
 const FREE: usize = Sum::Free as usize + 1;
 const DAMPED: usize = Sum::DampingAfter as usize + 1;
 const LOADED: usize = Sum::LoadsAfter as usize + 1;
@@ -180,21 +183,21 @@ fn accelerate<S: Simd, const N: usize>(
         for (node, v) in v.as_chunks_mut::<3>().0.iter_mut().enumerate() {
             for c in 0..3 {
                 let (old, force) = (v[c].load(simd), f[node][c].load(simd));
-                let mut drag = splat(simd, 0.0);
+                let mut damping_force = splat(simd, 0.0);
                 if all {
-                    drag = local_of_four(simd, motion.local, force, old);
+                    damping_force = local_of_four(simd, motion.local, force, old);
                 }
                 let numbers = [a[node][c].load(simd), b[node][c].load(simd)];
-                let new = advanced(numbers, old, force - drag);
+                let new = advanced(numbers, old, force - damping_force);
                 v[c] = Lanes::from(new);
                 tally.add(Sum::Free, c, force * force);
                 if N >= DAMPED {
-                    drag += damping[node][c].load(simd) * ((old + new) * 0.5);
+                    damping_force += damping[node][c].load(simd) * ((old + new) * 0.5);
                     if let Some(viscous) = viscous {
-                        drag += viscous[node][c].load(simd);
+                        damping_force += viscous[node][c].load(simd);
                     }
-                    tally.add(Sum::DampingBefore, c, drag * old);
-                    tally.add(Sum::DampingAfter, c, drag * new);
+                    tally.add(Sum::DampingBefore, c, damping_force * old);
+                    tally.add(Sum::DampingAfter, c, damping_force * new);
                 }
                 if let Some(loads) = loads {
                     let load = loads[node][c].load(simd);

@@ -56,7 +56,7 @@ fn run_relaxing<S: Simd>(
         let poses = pack.rigid.then(|| &fields.poses[pack.rigid_start - first_rigid]);
         let q = &mut q[..u.len()];
         preconditioner::accelerations(simd, model, poses, preconditioner, index, f, q);
-        let row = packs.shape_of(pack).divisions + 1;
+        let row = packs.numbering_of(pack).divisions + 1;
         let mut tally = NodeSums::<S, { Sum::Moved as usize + 1 }>::new(simd);
         let mut fastest = splat(simd, 0.0);
         let rows = u.as_chunks_mut::<3>().0.chunks_mut(row);

@@ -108,16 +108,17 @@ fn rigid_step(pack: &PackContext<'_>, member: &RigidBlock<'_>, f: &[Lanes]) -> R
         next.momentum = mass_properties.momentum(&pose.turn, twist.angular);
     }
     let after = next.twist(mass_properties);
-    let mut drag = local;
+    let mut damping_force = local;
     if motion.is_damped() {
         for k in 0..3 {
             let mean = 0.5 * (pose.velocity[k] + next.velocity[k]);
-            drag.linear[k] += coefficients.rates[k] * mass_properties.mass * mean;
+            damping_force.linear[k] += coefficients.rates[k] * mass_properties.mass * mean;
         }
-        drag.angular += (pose.momentum + next.momentum) * (0.5 * coefficients.rates[3]);
+        damping_force.angular += (pose.momentum + next.momentum) * (0.5 * coefficients.rates[3]);
     }
-    let power =
-        |twist: SpatialVector| drag.linear.dot(&twist.linear) + drag.angular.dot(&twist.angular);
+    let power = |twist: SpatialVector| {
+        damping_force.linear.dot(&twist.linear) + damping_force.angular.dot(&twist.angular)
+    };
     let damping = [power(before), power(after)];
     if motion.before == motion.time_step {
         return RigidStep {
@@ -164,16 +165,16 @@ pub(super) fn relaxation_sums(pack: &PackContext<'_>, part: &mut PackFields<'_>)
     *part.sums = sums;
 }
 
-/// Moves the blocks of a pack and their corners. A trial computes their sums only.
+/// Moves the blocks of a pack and their corners. An evaluation computes their sums only.
 pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
-    let PackFields { blocks, f, sums: of_pack, reactions, q, loaded, room, .. } = part;
+    let PackFields { blocks, f, sums: of_pack, reactions, q, loaded, buffer, .. } = part;
     let before = blocks.poses.get()[0];
     let v = match &mut blocks.v {
         Access::Write(v) => &mut **v,
         Access::Read(v) => {
-            room.clear();
-            room.extend_from_slice(v);
-            &mut room[..]
+            buffer.clear();
+            buffer.extend_from_slice(v);
+            &mut buffer[..]
         }
     };
     let mut sums = StepSums { applied: of_pack.applied, ..StepSums::default() };

@@ -15,17 +15,21 @@ use ddem_mechanics::math::lanes::{Lanes, load, splat};
 /// Damps the deformation of the blocks of a pack: `f −= α/(1 + α h) M (v* − v̄*)` with the `v*`
 /// that (M2) gives under all other forces. The force that acts is then `α M (v⁺ − v̄⁺)`.
 #[simd]
-pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+pub(super) fn damp_deformation<S: Simd>(
+    simd: S,
+    pack: &PackContext<'_>,
+    part: &mut PackFields<'_>,
+) {
     let Some(alpha) = pack.step.slides(pack.index) else { return };
     let (model, motion) = (pack.step.model, pack.step.motion);
-    let PackFields { blocks, room, f, viscous, .. } = part;
-    room.clear();
-    room.extend_from_slice(blocks.v.get());
-    for (at, (ahead, f)) in room.iter_mut().zip(&**f).enumerate() {
+    let PackFields { blocks, buffer, f, viscous, .. } = part;
+    buffer.clear();
+    buffer.extend_from_slice(blocks.v.get());
+    for (at, (ahead, f)) in buffer.iter_mut().zip(&**f).enumerate() {
         let [a, b, _] = pack.class.load(simd, at);
         *ahead = Lanes::from(advanced([a, b], ahead.load(simd), f.load(simd)));
     }
-    pack.supports.enforce(room);
+    pack.supports.enforce(buffer);
     let alpha = alpha.load(simd);
     let rate = alpha / (alpha * motion.interval + splat(simd, 1.0));
     let Model { packs, assembly, .. } = model;
@@ -35,7 +39,7 @@ pub(super) fn slow_down<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
     }
     let (index, alpha) = (pack.index, Lanes::from(rate));
     let slides = damping::SlidingPack { packs, assembly, index, frame, alpha };
-    let torque = damping::damp(simd, slides, blocks.u.get(), room, f, viscous);
+    let torque = damping::damp(simd, slides, blocks.u.get(), buffer, f, viscous);
     if let Some(frame) = frame {
         let torque = load(simd, &torque);
         neighbour_forces::spread_torque(simd, packs, assembly, index, frame, torque, None, f);

@@ -17,7 +17,7 @@ use super::first::{pack_forces, run_forces};
 use super::{Context, ForcesOfOthers, PackContext, input, move_pack};
 use crate::force::neighbour_forces::NeighbourForces;
 use crate::step::scratch::{
-    ForcesOnNeighbours, PackForces, PackJoints, Scratch, SecondPass, StateMotion, StepFields,
+    NeighbourForcesMut, PackForces, PackJoints, Scratch, SecondPass, StateMotion, StepFields,
 };
 use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::Contacts;
@@ -102,7 +102,7 @@ type SweepFields<'a, 'b> =
 type EdgeForces<'a> = (Range<usize>, &'a [Lanes]);
 
 /// Forces of the packs before the upper edges on neighbours, one part for each slab.
-struct InnerForces<'a, 'b>(&'a mut [ForcesOnNeighbours<'b>]);
+struct InnerForces<'a, 'b>(&'a mut [NeighbourForcesMut<'b>]);
 
 impl Split for InnerForces<'_, '_> {
     fn split(self, _: &Packs, _: usize, _: usize, low_runs: usize) -> (Self, Self) {
@@ -116,12 +116,12 @@ fn parts<'a>(
     packs: &Packs,
     slabs: &[Slab],
     mut forces: &'a mut [Lanes],
-) -> (Vec<ForcesOnNeighbours<'a>>, Vec<EdgeForces<'a>>) {
+) -> (Vec<NeighbourForcesMut<'a>>, Vec<EdgeForces<'a>>) {
     let at = |pack: usize| neighbour_force_start(packs, pack);
     let part = |Slab { packs: Range { start, end }, edge }: &Slab| {
         let inner = cut(&mut forces, at(*edge) - at(*start));
         let outer: &[Lanes] = cut(&mut forces, at(*end) - at(*edge));
-        (ForcesOnNeighbours { first: *start, forces: inner }, (*edge..*end, outer))
+        (NeighbourForcesMut { first: *start, forces: inner }, (*edge..*end, outer))
     };
     slabs.iter().map(part).unzip()
 }

@@ -80,7 +80,7 @@ fn model(count: [usize; 3], divisions: usize, removed: Option<[usize; 3]>) -> Mo
 /// Node of a joint lattice, given by its place there.
 fn node(model: &Model, pack: usize, lane: usize, offset: usize, node_pair: usize) -> Node {
     let packs = &model.packs;
-    let node = packs.shape_of(&packs.packs[pack]).joints[offset][node_pair];
+    let node = packs.numbering_of(&packs.packs[pack]).joints[offset][node_pair];
     let upper = packs.packs[pack].upper[node.offset].at(lane);
     let (pack, lane) = if node.offset == 0 { (pack, lane) } else { upper.expect("a neighbour") };
     (pack, lane, node.local)
@@ -96,7 +96,7 @@ fn cells(model: &Model) -> Vec<(StripElement, Vec<Node>)> {
             if table == NO_TABLE || model.assembly.tables[table as usize].elements[lane].is_none() {
                 continue;
             }
-            let [nx, ny, nz] = model.packs.shape_of(&model.packs.packs[pack]).dims(offset);
+            let [nx, ny, nz] = model.packs.numbering_of(&model.packs.packs[pack]).dims(offset);
             for element in 0..nx * ny * nz {
                 let at = [element % nx, element / nx % ny, element / (nx * ny)];
                 let corner = |c: usize| {
@@ -127,7 +127,7 @@ fn failed_pair_removes_its_strips_and_corners() {
         let mut removed = 0;
         for (pack, d) in (0..packs.packs.len()).flat_map(|pack| (0..3).map(move |d| (pack, d))) {
             let Some(section) = model.sections.get(pack, d) else { continue };
-            let node_pairs = &packs.shape_of(&packs.packs[pack]).pairs[d];
+            let node_pairs = &packs.numbering_of(&packs.packs[pack]).pairs[d];
             for lane in (0..LANES).filter(|&lane| section.joints[lane] != NO_JOINT) {
                 for (p, node_pair) in node_pairs.iter().enumerate() {
                     let ends = node_pair.sides.map(|side| node(&model, pack, lane, 1 << d, side));

@@ -11,7 +11,7 @@ use crate::schema::{Deck, StageKind};
 pub(super) fn check(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let (mut faults, mut known) = (Vec::new(), None);
     for (stage, entry) in deck.stage.iter().enumerate() {
-        known = known.filter(|_| problem.goes_on(stage));
+        known = known.filter(|_| problem.is_unchanged(stage));
         if entry.kind != StageKind::Relax {
             continue;
         }

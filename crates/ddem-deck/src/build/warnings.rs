@@ -221,11 +221,11 @@ fn contact(warning: ContactWarning) -> Diagnostic {
             let effect = "blocks in contact sink into each other".to_owned();
             given(Code::SoftContact, shear, stiffness, own, effect)
         }
-        ContactWarning::Sinks { part, density, stiffness } => {
+        ContactWarning::Sinks { fraction, density, stiffness } => {
             let message = format!(
                 "under its own weight a block of {density} kg/m³ sinks {:.1} % of its edge into the one below: \
                  contacts have {stiffness:.2e} Pa/m",
-                100.0 * part
+                100.0 * fraction
             );
             Diagnostic::warning(Code::SoftContact, "contact.normal_stiffness", message)
         }

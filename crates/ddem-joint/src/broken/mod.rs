@@ -8,7 +8,7 @@ pub mod strips;
 
 use serde::{Deserialize, Serialize};
 
-use super::point::{JointPoint, turned};
+use super::point::{JointPoint, has_rotated};
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::NO_JOINT;
@@ -26,7 +26,8 @@ pub struct BrokenLattice {
     pub alive: Vec<Lanes>,
     /// True if at least one element is left.
     pub any_alive: bool,
-    /// Pairs of a face joint by lane, in the order of [`ddem_mesh::numbering::BlockNumbering::pairs`].
+    /// Pairs of a face joint by lane, in the order of
+    /// [`ddem_mesh::numbering::BlockNumbering::pairs`].
     pub points: Vec<[JointPoint; LANES]>,
     /// Lanes whose joint was released: a contact has taken the place of its springs.
     released: [bool; LANES],
@@ -98,7 +99,7 @@ impl BrokenJoints {
                 for lane in (0..LANES).filter(|&lane| lanes[lane]) {
                     lattice.alive.iter_mut().for_each(|alive| alive.0[lane] = 0.0);
                 }
-                lattice.update_areas(&packs.shape_of(pack).pairs[d], section);
+                lattice.update_areas(&packs.numbering_of(pack).pairs[d], section);
                 broken_joints.at(index)[1 << d] = Some(lattice);
             }
         }
@@ -107,7 +108,7 @@ impl BrokenJoints {
 
     /// Resets the state of joints that no longer exist: face joints without a section, strips and
     /// corners without an element.
-    pub fn forget_absent(
+    pub fn clear_absent(
         &mut self,
         pack: usize,
         offset: usize,
@@ -115,15 +116,15 @@ impl BrokenJoints {
         table: Option<&ElementPack>,
     ) {
         let Some(lattices) = &mut self.packs[pack] else { return };
-        let there = |lane: usize| {
+        let exists = |lane: usize| {
             section.is_some_and(|section| section.joints[lane] != NO_JOINT)
                 || table.is_some_and(|table| table.elements[lane].is_some())
         };
-        if !(0..LANES).any(there) {
+        if !(0..LANES).any(exists) {
             lattices[offset] = None;
         }
         let Some(broken) = &mut lattices[offset] else { return };
-        for lane in (0..LANES).filter(|&lane| !there(lane)) {
+        for lane in (0..LANES).filter(|&lane| !exists(lane)) {
             broken.alive.iter_mut().for_each(|alive| alive.0[lane] = 1.0);
             broken.points.iter_mut().for_each(|points| points[lane] = JointPoint::default());
             broken.released[lane] = false;
@@ -148,11 +149,13 @@ impl BrokenJoints {
         }
     }
 
-    /// Energy that points have given in excess of what they took `[J]`: sum of the negative
-    /// accounts, at most 0.
-    pub fn debt(&self) -> f64 {
+    /// Energy that points have given in excess of what they took `[J]`: sum of the
+    /// energy deficits, at most 0.
+    pub fn energy_deficit(&self) -> f64 {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
-        sum(lattices.flat_map(|broken| broken.points.iter().flatten()).map(JointPoint::debt))
+        sum(lattices
+            .flat_map(|broken| broken.points.iter().flatten())
+            .map(JointPoint::energy_deficit))
     }
 
     /// Joint lattices of a pack, created if absent.
@@ -178,17 +181,17 @@ impl BrokenJoints {
 impl BrokenLattice {
     /// Joint lattice with all its elements.
     pub fn intact(packs: &Packs, pack: &Pack, tables: [u32; 8], offset: usize) -> Self {
-        let shape = packs.shape_of(pack);
-        let elements = shape.dims(offset).iter().product();
-        let is_there = tables[offset] != NO_TABLE;
+        let numbering = packs.numbering_of(pack);
+        let elements = numbering.dims(offset).iter().product();
+        let exists = tables[offset] != NO_TABLE;
         let pairs = if offset.is_power_of_two() {
-            shape.pairs[offset.trailing_zeros() as usize].len()
+            numbering.pairs[offset.trailing_zeros() as usize].len()
         } else {
             0
         };
         Self {
             alive: vec![Lanes([1.0; LANES]); elements],
-            any_alive: is_there,
+            any_alive: exists,
             points: vec![[JointPoint::default(); LANES]; pairs],
             released: [false; LANES],
             bonded: true,
@@ -214,9 +217,9 @@ impl BrokenLattice {
         self.points.iter().map(move |points| &points[lane])
     }
 
-    /// True if the joint in a lane has turned so far that its bonded pairs must fail.
-    fn turned(&self, section: &JointSection, lane: usize) -> bool {
-        !self.released[lane] && turned(self.lane(lane), section.spacing(lane))
+    /// True if the joint in a lane has rotated so far that its bonded pairs must fail.
+    fn has_rotated(&self, section: &JointSection, lane: usize) -> bool {
+        !self.released[lane] && has_rotated(self.lane(lane), section.spacing(lane))
     }
 
     /// True if the joint in a lane still has its springs and at least one failed pair.

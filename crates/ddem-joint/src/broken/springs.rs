@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::BrokenLattice;
 use crate::losses::Losses;
-use crate::point::{JointPoint, PairContext, joined, split};
+use crate::point::{JointPoint, PairContext, components, vector};
 use ddem_mechanics::law::Traction;
 use ddem_mechanics::law::response::stored;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
@@ -20,7 +20,7 @@ pub struct SpringForces {
     pub couple: [Lanes; 3],
     /// Energy in the springs `[J]`.
     pub stored: Lanes,
-    /// 1 where the springs turn with the ground block, 0 where they turn with both blocks.
+    /// 1 where the springs rotate with the ground block, 0 where they rotate with both blocks.
     pub grounded: Lanes,
 }
 
@@ -31,29 +31,29 @@ pub struct SideDisplacements<'a> {
     pub local: &'a [Lanes],
     /// Displacement increments of the nodes in the last step `[m]`; only if pairs have just failed.
     pub du: Option<&'a [Lanes]>,
-    /// Ground block's frame for each lane whose springs turn with it.
+    /// Ground block's frame for each lane whose springs rotate with it.
     pub grounds: &'a [Option<GroundFrame>; LANES],
 }
 
-/// Frame of the ground block with which the springs of a lane turn, relative to the joint's mean
+/// Frame of the ground block with which the springs of a lane rotate, relative to the joint's mean
 /// frame.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundFrame {
     /// Axes of the springs, as columns, in the mean frame.
     axes: Matrix3<f64>,
     /// Rotation from openings along the joint's axes to openings along the springs' axes.
-    turn: Matrix3<f64>,
+    opening_rotation: Matrix3<f64>,
     /// Opening that the rotation of the gap causes, along the springs' axes `[m]`.
     shift: Vector3<f64>,
 }
 
 impl GroundFrame {
-    /// Frame of a ground block whose rotation relative to the mean frame is `turned`.
-    pub fn new(turned: &Matrix3<f64>, section: &JointSection, lane: usize) -> Self {
-        let axes = turned * section.axes;
+    /// Frame of a ground block whose rotation relative to the mean frame is `rotation`.
+    pub fn new(rotation: &Matrix3<f64>, section: &JointSection, lane: usize) -> Self {
+        let axes = rotation * section.axes;
         let gap = lane_of(section.gap(), lane);
         let shift = axes.tr_mul(&gap) - section.axes.tr_mul(&gap);
-        Self { axes, turn: axes.tr_mul(&section.axes), shift }
+        Self { axes, opening_rotation: axes.tr_mul(&section.axes), shift }
     }
 }
 
@@ -62,8 +62,8 @@ impl BrokenLattice {
     pub fn preload(&mut self, section: &JointSection, lane: usize, tractions: &[Vector3<f64>]) {
         let k = section.stiffness(lane);
         for (points, &traction) in self.points.iter_mut().zip(tractions) {
-            let traction = split(traction);
-            points[lane].origin = -joined(traction.normal / k.normal, traction.shear / k.shear);
+            let traction = components(traction);
+            points[lane].origin = -vector(traction.normal / k.normal, traction.shear / k.shear);
         }
     }
 
@@ -82,17 +82,18 @@ impl BrokenLattice {
         }
         let before = self.newly_failed.len();
         self.bonded = false;
-        let turned: [bool; LANES] =
-            std::array::from_fn(|lane| context.turning && self.turned(section, lane));
+        let has_rotated: [bool; LANES] = std::array::from_fn(|lane| {
+            context.releases_rotated_joints && self.has_rotated(section, lane)
+        });
         for (p, node_pair) in node_pairs.iter().enumerate() {
-            for (lane, turned) in turned.into_iter().enumerate() {
+            for (lane, has_rotated) in has_rotated.into_iter().enumerate() {
                 let point = &mut self.points[p][lane];
                 let law = context.law(section.laws[lane]);
                 let Some(law) = law.filter(|_| point.failure.is_none()) else { continue };
                 let area = section.quarter.0[lane] * node_pair.elements().len() as f64;
                 let force = element_force(g, section, node_pair, lane)
                     + elastic_force(point, section, lane, node_pair, local);
-                if !point.fail(law, context, split(force / area), turned, losses) {
+                if !point.fail(law, context, components(force / area), has_rotated, losses) {
                     self.bonded = true;
                     continue;
                 }
@@ -135,8 +136,8 @@ impl BrokenLattice {
                 losses.fracture += energy(section, lane, springs, old);
                 losses.fracture -= energy(section, lane, force, point.area);
                 let k = section.stiffness(lane);
-                let traction = split(force / point.area);
-                let elastic = joined(traction.normal / k.normal, traction.shear / k.shear);
+                let traction = components(force / point.area);
+                let elastic = vector(traction.normal / k.normal, traction.shear / k.shear);
                 point.origin = across(local, section, node_pair, lane) - elastic;
                 // The part of the forces that is equal at both nodes vanishes before it does its
                 // half of the work over the last displacement increment.
@@ -152,7 +153,7 @@ impl BrokenLattice {
             let (node_pair, lane) = (&node_pairs[p as usize], lane as usize);
             let point = &mut self.points[p as usize][lane];
             let traction =
-                split(elastic_force(point, section, lane, node_pair, local) / point.area);
+                components(elastic_force(point, section, lane, node_pair, local) / point.area);
             point.begin(traction, traction.normal / section.stiffness(lane).normal);
         }
     }
@@ -175,26 +176,26 @@ impl BrokenLattice {
                     continue;
                 }
                 let area = point.area;
-                let mut apart = across(local, section, node_pair, lane);
-                if let Some(GroundFrame { turn, shift, .. }) = ground {
-                    apart = turn * apart + shift;
+                let mut relative_displacement = across(local, section, node_pair, lane);
+                if let Some(GroundFrame { opening_rotation, shift, .. }) = ground {
+                    relative_displacement = opening_rotation * relative_displacement + shift;
                 }
                 let just_failed =
                     du.filter(|_| self.newly_failed.contains(&(p as u32, lane as u8)));
                 let du = just_failed.map(|du| across(du, section, node_pair, lane));
                 let law = context.law(section.laws[lane]).filter(|_| point.failure.is_some());
                 let springs = context.springs(section.stiffness(lane), section.dashpot.0[lane]);
-                losses.add_point(area, point.update(law, &springs, apart, du));
+                losses.add_point(area, point.update(law, &springs, relative_displacement, du));
                 if context.relaxing && law.is_some() {
                     point.set_equilibrium();
                 }
                 let Traction { normal: t_n, shear } = point.state.total_traction();
                 let axes = ground.as_ref().map_or(&section.axes, |ground| &ground.axes);
-                let force = axes * joined(t_n, shear) * area;
+                let force = axes * vector(t_n, shear) * area;
                 // The ground block takes the whole couple.
                 let couple = match ground {
                     Some(_) => Vector3::zeros(),
-                    None => (axes * joined(0.0, point.state.slip)).cross(&force),
+                    None => (axes * vector(0.0, point.state.slip)).cross(&force),
                 };
                 let [a, b] = node_pair.sides;
                 for c in 0..3 {
@@ -222,7 +223,7 @@ fn elastic_force(
         return Vector3::zeros();
     }
     let elastic = point.elastic(section.stiffness(lane), across(local, section, node_pair, lane));
-    joined(elastic.normal, elastic.shear) * point.area
+    vector(elastic.normal, elastic.shear) * point.area
 }
 
 /// Energy of springs that carry a force over an area `[J]`.
@@ -230,7 +231,7 @@ fn energy(section: &JointSection, lane: usize, force: Vector3<f64>, area: f64) -
     if area == 0.0 {
         return 0.0;
     }
-    let force = split(force);
+    let force = components(force);
     let k = section.stiffness(lane);
     let both = force.normal * force.normal / k.normal + force.shear.norm_squared() / k.shear;
     0.5 * both / area

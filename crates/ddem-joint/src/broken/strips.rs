@@ -53,9 +53,9 @@ impl BrokenJoints {
                 BrokenLattice::intact(packs, &packs.packs[pack], tables, offset)
             });
             lattice.alive[element].0[lane] = 0.0;
-            let there = assembly.tables[tables[offset] as usize].elements;
+            let elements = assembly.tables[tables[offset] as usize].elements;
             lattice.any_alive = (0..LANES).any(|lane| {
-                there[lane].is_some() && lattice.alive.iter().any(|alive| alive.0[lane] != 0.0)
+                elements[lane].is_some() && lattice.alive.iter().any(|alive| alive.0[lane] != 0.0)
             });
         }
     }
@@ -72,7 +72,7 @@ fn around(
     cells: &mut Vec<StripElement>,
 ) {
     let pack = &packs.packs[index];
-    let n = packs.shape_of(pack).divisions;
+    let n = packs.numbering_of(pack).divisions;
     let [e, f] = [(d + 1) % 3, (d + 2) % 3];
     let at = [pair % (n + 1), pair / (n + 1)];
     // Directions at whose ends the pair lies, as bits.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use super::patch_builder::PatchBuilder;
 use super::release::{JointLoad, JointStatus, PairMotion};
 use super::{CombinedSurface, Configuration, ContactBlock, ContactModel, ContactPoint, Patch};
-use crate::point::{JointPoint, PairContext, turned};
+use crate::point::{JointPoint, PairContext, has_rotated};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::law::{FailureMode, SpringStiffness};
 use ddem_mechanics::math::lanes::Lanes;
@@ -67,7 +67,7 @@ impl PatchBuilder<'_> {
         let surfaces = surfaces.map(|(block, face)| self.surfaces.of(block, face));
         let SpringStiffness { normal, shear } = stiffness;
         let dashpot = self.surfaces.dashpot_of_joint(surfaces, normal);
-        patch.both = CombinedSurface { stiffness, dashpot, ..CombinedSurface::default() };
+        patch.surface = CombinedSurface { stiffness, dashpot, ..CombinedSurface::default() };
         // No strips lie beside the joint: its area extends to the middle of the surrounding gaps.
         let own = patch.area();
         let part = if own > 0.0 { joint_pair.area / own } else { 1.0 };
@@ -75,7 +75,7 @@ impl PatchBuilder<'_> {
         let axes = patch.frame();
         let (blocks, faces) = (patch.blocks, patch.faces());
         for ContactPoint { points, pair, .. } in &mut patch.points {
-            pair.origin = axes.tr_mul(&self.configuration.apart(blocks, faces, points));
+            pair.origin = axes.tr_mul(&self.configuration.relative_position(blocks, faces, points));
         }
         // The springs carry the initial stress.
         let middle = |point: &ContactPoint| {
@@ -85,7 +85,7 @@ impl PatchBuilder<'_> {
             (at(0) + at(1)) / 2.0
         };
         let points: Vec<Vec3> = patch.points.iter().map(middle).collect();
-        let tractions = between(both, &patch.now[0], &points, &summed).unwrap_or_default();
+        let tractions = between(both, &patch.axes_now[0], &points, &summed).unwrap_or_default();
         for (point, traction) in patch.points.iter_mut().zip(tractions) {
             let own = axes.tr_mul(&traction);
             point.pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);
@@ -176,7 +176,7 @@ pub fn at_nodes(
         }
         let [thickness, density] = layers[usize::from(bond.joint)];
         let layer = 0.5 * density * gap.clamp(0.0, thickness);
-        let SpringStiffness { normal, shear } = patch.both.stiffness;
+        let SpringStiffness { normal, shear } = patch.surface.stiffness;
         let stiffness = patch.axes[0].map(|n| normal * n * n + shear * (1.0 - n * n));
         for (side, face) in patch.faces().into_iter().enumerate() {
             let block = patch.blocks[side] as usize;
@@ -204,7 +204,7 @@ impl Patch {
     pub fn slides(&self) -> bool {
         match &self.bond {
             Some(_) => self.pairs().any(|pair| pair.failure.is_some()),
-            None => self.points.iter().any(|point| self.acts(point)),
+            None => self.points.iter().any(|point| self.may_carry_force(point)),
         }
     }
 
@@ -224,9 +224,9 @@ impl Patch {
         Some(ReleasedJoint { blocks: self.blocks, bond, pairs })
     }
 
-    /// True if the joint has turned so far that its bonded pairs must fail.
-    pub(super) fn turned(&self, configuration: &Configuration<'_>) -> bool {
-        self.bond.is_some() && turned(self.pairs(), self.spacing(configuration))
+    /// True if the joint has rotated so far that its bonded pairs must fail.
+    pub(super) fn has_rotated(&self, configuration: &Configuration<'_>) -> bool {
+        self.bond.is_some() && has_rotated(self.pairs(), self.spacing(configuration))
     }
 
     /// Numbers of pairs that would fail now, in shear and in tension.
@@ -238,21 +238,25 @@ impl Patch {
         let mut failing = [0; 2];
         let Some(law) = self.bond.and_then(|bond| context.law(bond.law)) else { return failing };
         let axes = self.present_frame(configuration);
-        let turned = context.turning && self.turned(configuration);
+        let has_rotated = context.releases_rotated_joints && self.has_rotated(configuration);
         for point in &self.points {
-            let own = axes.tr_mul(&configuration.apart(self.blocks, self.faces(), &point.points));
-            let elastic = point.pair.elastic(self.both.stiffness, own);
-            if let Some(mode) = point.pair.fails(law, context, elastic, turned) {
+            let own = axes.tr_mul(&configuration.relative_position(
+                self.blocks,
+                self.faces(),
+                &point.points,
+            ));
+            let elastic = point.pair.elastic(self.surface.stiffness, own);
+            if let Some(mode) = point.pair.fails(law, context, elastic, has_rotated) {
                 failing[usize::from(mode == FailureMode::Tension)] += 1;
             }
         }
         failing
     }
 
-    /// Makes the axes turn with the block of the larger face, once all pairs have failed. That
+    /// Makes the axes rotate with the block of the larger face, once all pairs have failed. That
     /// block is the ground on which the other slides, even if the other tilts on a soft joint.
     /// Openings do not jump when the axes change.
-    pub(super) fn turn_with_larger(&mut self, configuration: &Configuration<'_>) {
+    pub(super) fn rotate_with_larger(&mut self, configuration: &Configuration<'_>) {
         let area = |side: usize| {
             let contact_block = &configuration.blocks[self.blocks[side] as usize];
             contact_block.element_area(self.faces()[side])
@@ -268,14 +272,15 @@ impl Patch {
         let after = self.present_frame(configuration);
         let (blocks, faces) = (self.blocks, self.faces());
         for ContactPoint { points, pair, .. } in &mut self.points {
-            let apart = configuration.apart(blocks, faces, points);
-            let [before, after] = [before, after].map(|axes| axes.tr_mul(&apart) - pair.origin);
+            let relative_position = configuration.relative_position(blocks, faces, points);
+            let [before, after] =
+                [before, after].map(|axes| axes.tr_mul(&relative_position) - pair.origin);
             pair.origin += after - before;
         }
     }
 
     /// Status of the joint according to the motion of its pairs; `None` without a joint.
-    pub(super) fn moved(
+    pub(super) fn status(
         &self,
         configuration: &Configuration<'_>,
         context: PairContext<'_>,

@@ -140,11 +140,11 @@ fn each_face(surfaces: &ContactSurfaces, geometry: &Geometry, block: usize) -> [
         let per_mass = per_mass(surfaces, geometry, block, face);
         let SpringStiffness { normal, shear } = surfaces.excess_over_joint(block as u32, face);
         let stiffest = surfaces.largest_with_joint(block as u32, face).normal;
-        let moved = surfaces.moved(block as u32, face, stiffest);
+        let mass_ratio = surfaces.mass_ratio(block as u32, face, stiffest);
         FaceStiffness {
             normal: normal * per_mass,
             shear: shear * per_mass,
-            rate: (stiffest * per_mass * moved).sqrt(),
+            rate: (stiffest * per_mass * mass_ratio).sqrt(),
         }
     })
 }

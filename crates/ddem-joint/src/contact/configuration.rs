@@ -170,7 +170,7 @@ impl Configuration<'_> {
     }
 
     /// Rotation vector of a block in the last step `[rad]`, averaged over its edges.
-    pub(super) fn turned(&self, block: usize) -> Vec3 {
+    pub(super) fn rotation_increment(&self, block: usize) -> Vec3 {
         let contact_block = &self.blocks[block];
         // `cell` of a velocity field gives the half edges at rest plus their rates.
         let half_edges = contact_block.cell(self.last.0).half;
@@ -202,7 +202,7 @@ impl Configuration<'_> {
 
     /// Vector from a point on the first block to a point on the second `[m]`.
     #[inline(always)]
-    pub(super) fn apart(
+    pub(super) fn relative_position(
         &self,
         blocks: [u32; 2],
         faces: [FaceId; 2],
@@ -213,7 +213,7 @@ impl Configuration<'_> {
     }
 
     /// Change of the vector between two points in the last step `[m]`.
-    pub(super) fn apart_increment(
+    pub(super) fn relative_displacement_increment(
         &self,
         blocks: [u32; 2],
         faces: [FaceId; 2],

@@ -23,9 +23,9 @@ pub struct ContactModel {
     /// Distance that blocks may travel before their boxes are sorted again `[m]`.
     pub(super) margin: f64,
     /// True if blocks may meet before any joint has failed.
-    pub open: bool,
+    pub from_start: bool,
     /// True if there are nonconforming joints.
-    pub joins: bool,
+    pub has_nonconforming_joints: bool,
     /// True if contacts are searched for.
     pub search: bool,
 }
@@ -40,14 +40,14 @@ impl ContactModel {
         let shortest = edges.first().copied().unwrap_or(f64::INFINITY);
         // Connected blocks cannot meet before one of their joints has failed.
         let can_fail = properties.joints.iter().any(|joint| joint.law.is_some());
-        let open = !(can_fail && is_connected(geometry));
+        let from_start = !(can_fail && is_connected(geometry));
         Self {
             surfaces: ContactSurfaces::new(properties, laws, geometry),
             blocks: contact_block(geometry, packs),
             shortest,
             margin: MARGIN * median,
-            open,
-            joins: geometry.joined().next().is_some(),
+            from_start,
+            has_nonconforming_joints: geometry.joined().next().is_some(),
             search: properties.contact.search,
         }
     }

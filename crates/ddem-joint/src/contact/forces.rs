@@ -51,15 +51,15 @@ impl Patch {
     ) -> Losses {
         if let Some(bond) = self.bond {
             if self.pairs().all(|pair| pair.failure.is_some()) {
-                self.turn_with_larger(configuration);
+                self.rotate_with_larger(configuration);
             }
             return self.update_with_law(context.law(bond.law), configuration, context);
         }
-        match self.both.friction {
+        match self.surface.friction {
             Friction::Angle(tan) => {
-                let dry = MohrCoulomb { tan_friction: tan, ..MohrCoulomb::default() };
-                let dry = MohrCoulomb { tan_residual_friction: tan, ..dry };
-                self.update_with_law(Some(&dry), configuration, context)
+                let law = MohrCoulomb { tan_friction: tan, ..MohrCoulomb::default() };
+                let law = MohrCoulomb { tan_residual_friction: tan, ..law };
+                self.update_with_law(Some(&law), configuration, context)
             }
             Friction::Laws(strengths) => self.update_with_law(
                 Some(&BareFaces { strengths, laws: context.laws }),
@@ -75,37 +75,43 @@ impl Patch {
         configuration: &Configuration<'_>,
         context: PairContext<'_>,
     ) -> Losses {
-        self.turn(configuration);
+        self.update_axes(configuration);
         let axes = self.frame();
-        let mut springs = context.springs(self.both.stiffness, self.both.dashpot);
+        let mut springs = context.springs(self.surface.stiffness, self.surface.dashpot);
         if std::mem::take(&mut self.renewed) {
             // The new points have inherited the dashpot tractions of the old ones.
             springs.time_step = None;
         }
-        let (is_joint, turned) =
-            (self.bond.is_some(), context.turning && self.turned(configuration));
+        let (is_joint, has_rotated) = (
+            self.bond.is_some(),
+            context.releases_rotated_joints && self.has_rotated(configuration),
+        );
         let (blocks, faces, spacing) = (self.blocks, self.faces(), self.spacing(configuration));
-        let rubs = self.both.friction.has_friction();
+        let has_friction = self.surface.friction.has_friction();
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         for i in 0..self.points.len() {
             let point = &mut self.points[i];
-            let apart = configuration.apart(blocks, faces, &point.points);
-            let own = axes.tr_mul(&apart);
+            let relative_position = configuration.relative_position(blocks, faces, &point.points);
+            let own = axes.tr_mul(&relative_position);
             let loss = if is_joint {
                 let pair = &mut point.pair;
                 let elastic = pair.elastic(springs.stiffness, own);
-                let fails =
-                    law.is_some_and(|law| pair.fail(law, context, elastic, turned, &mut losses));
+                let fails = law
+                    .is_some_and(|law| pair.fail(law, context, elastic, has_rotated, &mut losses));
                 let du = fails.then(|| {
                     pair.begin(elastic, own.x - pair.origin.x);
-                    axes.tr_mul(&configuration.apart_increment(blocks, faces, &point.points))
+                    axes.tr_mul(&configuration.relative_displacement_increment(
+                        blocks,
+                        faces,
+                        &point.points,
+                    ))
                 });
                 pair.update(law.filter(|_| pair.failure.is_some()), &springs, own, du)
             } else {
-                point.update_contact(law, &springs, own, rubs, spacing)
+                point.update_contact(law, &springs, own, has_friction, spacing)
             };
             losses.add_point(point.pair.area, loss);
-            couple += apart.cross(&self.force(&self.points[i]));
+            couple += relative_position.cross(&self.force(&self.points[i]));
         }
         self.couple = couple;
         losses
@@ -113,31 +119,31 @@ impl Patch {
 }
 
 impl ContactPoint {
-    /// Updates the tractions of a contact point for the vector `apart` between its sides `[m]`.
-    /// Returns the loss `[J/m²]`.
+    /// Updates the tractions of a contact point for the vector `relative_position` between its
+    /// sides `[m]`. Returns the loss `[J/m²]`.
     #[inline(always)]
     fn update_contact<L: JointLaw + ?Sized>(
         &mut self,
         law: Option<&L>,
         springs: &PointSprings,
-        apart: Vec3,
-        rubs: bool,
+        relative_position: Vec3,
+        has_friction: bool,
         spacing: f64,
     ) -> PointLoss {
         let PointState { slip: slip_before, gap: gap_before, .. } = self.pair.state;
-        let mut loss = self.pair.update(law, springs, apart, None);
+        let mut loss = self.pair.update(law, springs, relative_position, None);
         let state = &mut self.pair.state;
         let slipped = (state.slip - slip_before).norm();
         // In relaxation slip is measured from the last equilibrium.
         let from = state.equilibrium.map_or(slip_before, |equilibrium| equilibrium.slip);
-        let slid =
+        let slip_path =
             |gap: f64, slip: Vector2<f64>| if gap < 0.0 { (slip - from).norm() } else { 0.0 };
-        self.slid += slid(state.gap, state.slip) - slid(gap_before, slip_before);
+        self.slip_path += slip_path(state.gap, state.slip) - slip_path(gap_before, slip_before);
         // Slip over half an element removes the whole offset.
-        let part = (slipped / (0.5 * spacing)).min(1.0);
-        let gap = apart.x - self.pair.origin.x;
-        self.relax_offset(springs.stiffness.normal, gap, part, loss.friction);
-        if !rubs {
+        let fraction = (slipped / (0.5 * spacing)).min(1.0);
+        let gap = relative_position.x - self.pair.origin.x;
+        self.relax_offset(springs.stiffness.normal, gap, fraction, loss.friction);
+        if !has_friction {
             // Without friction the work of a vanishing offset is a numerical loss.
             loss.contact += std::mem::take(&mut loss.friction);
         }
@@ -146,8 +152,8 @@ impl ContactPoint {
 
     /// Reduces the offset, the gap at which the springs carry nothing, towards zero. It follows the
     /// gap while the faces separate. While they slide it shrinks with the slip, as far as the
-    /// friction loss pays for it.
-    fn relax_offset(&mut self, stiffness: f64, gap: f64, part: f64, friction: f64) {
+    /// friction loss covers it.
+    fn relax_offset(&mut self, stiffness: f64, gap: f64, fraction: f64, friction: f64) {
         let PointState { dilation: offset, gap: pressed, traction, .. } = &mut self.pair.state;
         if *offset == 0.0 {
             return;
@@ -156,7 +162,7 @@ impl ContactPoint {
             *offset = if *offset < 0.0 { offset.max(gap.min(0.0)) } else { 0.0 };
             return;
         }
-        let back = *offset * part;
+        let back = *offset * fraction;
         let pressure = -traction.normal;
         // Energy that the springs gain as the offset shrinks and their pressure grows.
         let work = |back: f64| -back * pressure + 0.5 * stiffness * back * back;

@@ -32,9 +32,9 @@ impl FaceFriction {
         Some(Self { tan: law.tan_contact_friction(), laws: [Some([number; 2]), None] })
     }
 
-    /// Friction interpolated from `before` to this one by the fraction `part`.
-    pub(super) fn after(self, before: Self, part: f64) -> Self {
-        let tan = self.tan.zip(before.tan).map(|(new, old)| old + (new - old) * part);
+    /// Friction interpolated from `before` to this one by the fraction `fraction`.
+    pub(super) fn after(self, before: Self, fraction: f64) -> Self {
+        let tan = self.tan.zip(before.tan).map(|(new, old)| old + (new - old) * fraction);
         let numbers = before.laws[0].zip(self.laws[0]).map(|([_, old], [_, new])| [old, new]);
         Self { tan, laws: [numbers, None] }
     }
@@ -68,7 +68,7 @@ pub struct WeakerStrength {
     /// Laws of the faces of each block: one, or two at an edge.
     sides: [[Option<Numbers>; 2]; 2],
     /// Fraction of the way from the previous laws to the present ones.
-    part: f64,
+    fraction: f64,
     /// Ratio of the point areas to the areas on which the faces press. It is set for the points in
     /// compression when they are made. Points that come into compression later have unscaled areas,
     /// but use the same ratio.
@@ -82,15 +82,15 @@ impl Default for Friction {
 }
 
 impl Friction {
-    /// Friction of two faces. Some strengths may be a fraction `part` of the way from previous
+    /// Friction of two faces. Some strengths may be a fraction `fraction` of the way from previous
     /// ones. `None` without a law.
-    pub(super) fn of([a, b]: [Option<FaceFriction>; 2], part: f64) -> Option<Self> {
+    pub(super) fn of([a, b]: [Option<FaceFriction>; 2], fraction: f64) -> Option<Self> {
         let tan = match (a, b) {
             (Some(a), Some(b)) => a.tan.zip(b.tan).map(|(a, b)| a.min(b)),
             (a, b) => a.or(b)?.tan,
         };
         let sides = [a, b].map(|side| side.map_or([None; 2], |side| side.laws));
-        Some(tan.map_or(Self::Laws(WeakerStrength { sides, part, stretch: 1.0 }), Self::Angle))
+        Some(tan.map_or(Self::Laws(WeakerStrength { sides, fraction, stretch: 1.0 }), Self::Angle))
     }
 
     /// True if a contact carries shear.
@@ -126,12 +126,12 @@ impl Friction {
     pub fn is_sound(&self, laws: &[Option<Arc<dyn JointLaw>>]) -> bool {
         match self {
             Self::Angle(tan) => *tan >= 0.0 && tan.is_finite(),
-            Self::Laws(WeakerStrength { sides, part, stretch }) => {
+            Self::Laws(WeakerStrength { sides, fraction, stretch }) => {
                 let mut numbers = sides.iter().flatten().flatten().flatten().peekable();
                 let any = numbers.peek().is_some();
                 let known =
                     |&number: &u16| laws.get(usize::from(number)).is_some_and(Option::is_some);
-                any && (0.0..=1.0).contains(part)
+                any && (0.0..=1.0).contains(fraction)
                     && *stretch > 0.0
                     && stretch.is_finite()
                     && numbers.all(known)
@@ -158,7 +158,7 @@ impl WeakerStrength {
                 return new;
             }
             let old = strength_of(before);
-            old + (new - old) * self.part
+            old + (new - old) * self.fraction
         };
         let of_side = |side: &[Option<Numbers>; 2]| match side.map(|face| face.map(of_face)) {
             [Some(a), Some(b)] => Some(0.5 * (a + b)),

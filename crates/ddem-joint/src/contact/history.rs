@@ -40,10 +40,10 @@ impl OldPatch {
 }
 
 impl Patch {
-    /// Energy in the reserve and on the accounts of the points `[J]`.
+    /// Energy in the reserve, and energy excess of the points `[J]`.
     pub(super) fn reserve(&self) -> f64 {
-        let accounts = self.pairs().map(|pair| pair.area * pair.state.account);
-        self.energy_reserve + accounts.sum::<f64>()
+        let excess = self.pairs().map(|pair| pair.area * pair.state.energy_excess);
+        self.energy_reserve + excess.sum::<f64>()
     }
 
     /// Opening increments of the points in the last step `[m]`, including the rotation of the
@@ -52,13 +52,18 @@ impl Patch {
         if configuration.start {
             return Vec::new();
         }
-        let normal = self.now[0];
-        let turn = configuration.turned(self.order()[0]);
-        let before = normal - turn.cross(&(normal - turn.cross(&normal) * 0.5));
+        let normal = self.axes_now[0];
+        let rotation = configuration.rotation_increment(self.order()[0]);
+        let before = normal - rotation.cross(&(normal - rotation.cross(&normal) * 0.5));
         let opening_increment = |point: &ContactPoint| {
-            let apart = configuration.apart(self.blocks, self.faces(), &point.points);
-            let du = configuration.apart_increment(self.blocks, self.faces(), &point.points);
-            normal.dot(&apart) - before.dot(&(apart - du))
+            let relative_position =
+                configuration.relative_position(self.blocks, self.faces(), &point.points);
+            let du = configuration.relative_displacement_increment(
+                self.blocks,
+                self.faces(),
+                &point.points,
+            );
+            normal.dot(&relative_position) - before.dot(&(relative_position - du))
         };
         self.points.iter().map(opening_increment).collect()
     }
@@ -71,7 +76,7 @@ impl Patch {
             let PointState { gap, traction: Traction { normal, shear }, .. } = state;
             let before = gap - opening_increments.get(k).copied().unwrap_or(0.0);
             spring_energies[0] += 0.5 * area * normal * before;
-            spring_energies[1] += 0.5 * area * shear.norm_squared() / self.both.stiffness.shear;
+            spring_energies[1] += 0.5 * area * shear.norm_squared() / self.surface.stiffness.shear;
         }
         spring_energies
     }
@@ -103,7 +108,7 @@ impl Patch {
             let pairs = self.points.iter_mut().map(|point| &mut point.pair);
             pairs.filter(|pair| pressed(pair)).for_each(|pair| pair.area *= scale);
         }
-        self.both.friction.set_stretch(scale);
+        self.surface.friction.set_stretch(scale);
         self.limit_energy(before, &opening_increments);
         // Energy of separated faces is not returned.
         let now = self.spring_energies(&opening_increments)[0];
@@ -127,7 +132,7 @@ impl Patch {
         if normal_factor == 1.0 && shear_factor == 1.0 {
             return;
         }
-        let soft = self.both.stiffness.shear;
+        let soft = self.surface.stiffness.shear;
         for point in &mut self.points {
             let PointState { gap, dilation, applied_dilation, slip, traction, .. } =
                 &mut point.pair.state;
@@ -139,9 +144,9 @@ impl Patch {
                 traction.normal *= normal_factor;
             }
             // Friction decreases with the pressure.
-            let part = shear_factor.min(normal_factor);
-            *slip += traction.shear * ((1.0 - part) / soft);
-            traction.shear *= part;
+            let factor = shear_factor.min(normal_factor);
+            *slip += traction.shear * ((1.0 - factor) / soft);
+            traction.shear *= factor;
         }
     }
 }
@@ -159,8 +164,8 @@ pub(super) struct PointHistory {
     pub(super) offset: f64,
     /// Shear traction in space `[Pa]`.
     pub(super) shear: Vec3,
-    pub(super) drag: [f64; 2],
-    pub(super) slid: f64,
+    pub(super) added_tractions: [f64; 2],
+    pub(super) slip_path: f64,
     /// Last equilibrium of a relaxation, and the slip since then in space `[m]`.
     pub(super) equilibrium: Option<(Equilibrium, Vec3)>,
 }
@@ -170,19 +175,21 @@ impl PatchHistory {
         let axes = old.frame();
         let a = old.blocks[0] as usize;
         let face = old.faces()[0];
-        let of_point = |&ContactPoint { points, pair, slid }: &ContactPoint| {
+        let of_point = |&ContactPoint { points, pair, slip_path }: &ContactPoint| {
             let in_space = |v: Vector2<f64>| axes * Vec3::new(0.0, v.x, v.y);
             let x = configuration.position(a, face, &points[0]);
-            let PointState { drag, dilation: offset, traction, slip, equilibrium, .. } = pair.state;
+            let PointState {
+                added_tractions, dilation: offset, traction, slip, equilibrium, ..
+            } = pair.state;
             let shear = in_space(traction.shear);
             let equilibrium = equilibrium.map(|last| (last, in_space(slip - last.slip)));
-            (x, PointHistory { offset, shear, drag, slid, equilibrium })
+            (x, PointHistory { offset, shear, added_tractions, slip_path, equilibrium })
         };
         Self { points: old.points.iter().map(of_point).collect(), near: old.spacing(configuration) }
     }
 
     /// History of the nearest old point. It is empty if that point is too far away: the new point
-    /// has just come within reach, without a jump. `None` if there are no old points.
+    /// has just come within contact distance, without a jump. `None` if there are no old points.
     pub(super) fn nearest(&self, x: Vec3) -> Option<PointHistory> {
         let mut best: (f64, Option<PointHistory>) = (f64::INFINITY, None);
         for (at, transferred) in &self.points {

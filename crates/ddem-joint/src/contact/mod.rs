@@ -62,7 +62,7 @@ pub use surfaces::{CombinedSurface, ContactSurfaces};
 
 /// Motion of two blocks against each other at which their patch is remade, and distance at which
 /// they get one, as a fraction of an element edge.
-const REACH: f64 = 0.02;
+const CONTACT_DISTANCE: f64 = 0.02;
 /// Two points that face each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactPoint {
@@ -71,7 +71,7 @@ pub struct ContactPoint {
     /// The springs between the two.
     pub pair: JointPoint,
     /// Accumulated slip since the blocks met or the joint was released `[m]`.
-    pub slid: f64,
+    pub slip_path: f64,
 }
 
 /// Two blocks that are near each other.
@@ -81,27 +81,27 @@ pub struct Patch {
     pub blocks: [u32; 2],
     /// Numbers of the faces of a and b that the points are on.
     pub faces: [u8; 2],
-    /// Reference block, 0 or 1: the normal turns with it.
+    /// Reference block, 0 or 1: the normal rotates with it.
     pub reference: u8,
     /// Motion after which the points are remade `[m]`.
     pub limit: f32,
     /// Unit normal from a to b, and a tangent, in the reference block's frame at rest.
     pub axes: [Vec3; 2],
     /// Axes in space.
-    pub now: [Vec3; 2],
+    pub axes_now: [Vec3; 2],
     /// Axes in the other block's frame when the points were made.
-    pub seen: [Vector3<f32>; 2],
+    pub axes_in_other: [Vector3<f32>; 2],
     /// Vector from the centre of a to that of b in the reference block's frame, when the points
     /// were made `[m]`.
-    pub apart: Vec3,
+    pub relative_position: Vec3,
     /// Stiffness and friction of the two faces.
-    pub both: CombinedSurface,
+    pub surface: CombinedSurface,
     /// Pairs of points; a patch without points is dropped.
     pub points: Box<[ContactPoint]>,
     /// Joint that the points belong to, if any.
     pub bond: Option<Bond>,
-    /// Couple on the reference block, with which the axes turn `[N m]`. It balances the forces of
-    /// two points at a distance and does the work of turning them.
+    /// Couple on the reference block, with which the axes rotate `[N m]`. It balances the forces of
+    /// two points at a distance and does the work of rotating them.
     pub couple: Vec3,
     /// Energy that new points held less than the old ones, and may hold again `[J]`.
     pub energy_reserve: f64,
@@ -114,10 +114,10 @@ pub struct Patch {
 pub struct Contacts {
     /// Patches, sorted by their blocks.
     pub patches: Vec<Patch>,
-    /// Pairs of blocks without a patch that may soon come within reach, sorted.
+    /// Pairs of blocks without a patch that may soon come within contact distance, sorted.
     pub near: Vec<NearPair>,
     /// True if the list of near pairs is complete.
-    pub known: bool,
+    pub near_is_complete: bool,
     /// Upper bound of the travel of the blocks of each pack since the boxes were sorted `[m]`.
     pub travel: Vec<Lanes>,
     /// Status of the joint at the upper side of each block along each direction.
@@ -210,7 +210,7 @@ impl Contacts {
     pub fn clear_contacts(&mut self) {
         self.patches.retain(|patch| patch.bond.is_some());
         self.near.clear();
-        self.known = false;
+        self.near_is_complete = false;
         self.index();
     }
 
@@ -240,10 +240,10 @@ impl Contacts {
         sum(self.patches.iter().map(Patch::stored))
     }
 
-    /// Energy that points have given in excess of what they took `[J]`: sum of the negative
-    /// accounts, at most 0.
-    pub fn debt(&self) -> f64 {
-        sum(self.patches.iter().flat_map(Patch::pairs).map(JointPoint::debt))
+    /// Energy that points have given in excess of what they took `[J]`: sum of the
+    /// energy deficits, at most 0.
+    pub fn energy_deficit(&self) -> f64 {
+        sum(self.patches.iter().flat_map(Patch::pairs).map(JointPoint::energy_deficit))
     }
 
     /// Memory in use `[bytes]`.
@@ -273,7 +273,7 @@ impl Clone for Contacts {
         self.starts.clone_from(&from.starts);
         self.entries.clone_from(&from.entries);
         self.ended.clone_from(&from.ended);
-        (self.known, self.deepest) = (from.known, from.deepest);
+        (self.near_is_complete, self.deepest) = (from.near_is_complete, from.deepest);
     }
 }
 
@@ -320,17 +320,17 @@ impl Patch {
         self.points.iter().map(|point| &point.pair)
     }
 
-    /// True if a point exerts a force.
+    /// True if a point may exert a force.
     #[inline]
-    pub fn acts(&self, point: &ContactPoint) -> bool {
+    pub fn may_carry_force(&self, point: &ContactPoint) -> bool {
         let state = &point.pair.state;
-        state.gap <= 0.0 || state.drag != [0.0; 2] || self.bond.is_some()
+        state.gap <= 0.0 || state.added_tractions != [0.0; 2] || self.bond.is_some()
     }
 
     /// Force of a point on block a `[N]`.
     #[inline(always)]
     pub fn force(&self, point: &ContactPoint) -> Vec3 {
-        let [normal, along] = &self.now;
+        let [normal, along] = &self.axes_now;
         let Traction { normal: t_n, shear } = point.pair.state.total_traction();
         let across = normal.cross(along);
         (normal * t_n + along * shear.x + across * shear.y) * point.pair.area
@@ -347,15 +347,15 @@ impl Patch {
         self.faces.map(FaceId::from_number)
     }
 
-    /// Reference block, with which the normal turns, and the other block.
+    /// Reference block, with which the normal rotates, and the other block.
     pub(super) fn order(&self) -> [usize; 2] {
         let [a, b] = self.blocks.map(|block| block as usize);
         if self.reference == 0 { [a, b] } else { [b, a] }
     }
 
-    /// Turns the axes with the reference block.
-    fn turn(&mut self, configuration: &Configuration<'_>) {
-        self.now = self.present_axes(configuration);
+    /// Rotates the axes with the reference block.
+    fn update_axes(&mut self, configuration: &Configuration<'_>) {
+        self.axes_now = self.present_axes(configuration);
     }
 
     fn present_axes(&self, configuration: &Configuration<'_>) -> [Vec3; 2] {
@@ -365,7 +365,7 @@ impl Patch {
 
     /// Normal and two tangents in space as columns, from the last update of the axes.
     pub fn frame(&self) -> Matrix3<f64> {
-        columns(self.now)
+        columns(self.axes_now)
     }
 
     /// Columns of the axes in the present configuration.

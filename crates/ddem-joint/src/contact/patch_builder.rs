@@ -8,10 +8,11 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::history::{OldPatch, PatchHistory, PointHistory};
-use super::side::{ContactSide, apart, are_parallel, edge_node, edge_point, node_at};
+use super::side::{ContactSide, are_disjoint, are_parallel, edge_node, edge_point, node_at};
 use super::surfaces::sides_of;
 use super::{
-    CombinedSurface, Configuration, ContactBlock, ContactPoint, ContactSurfaces, Patch, REACH,
+    CONTACT_DISTANCE, CombinedSurface, Configuration, ContactBlock, ContactPoint, ContactSurfaces,
+    Patch,
 };
 use crate::point::{JointPoint, PairContext};
 use ddem_mechanics::collide::{
@@ -22,7 +23,7 @@ use ddem_mesh::{NonconformingJoint, SurfacePoint, Vec3};
 
 /// Fraction of an element's face area below which a point is ignored.
 const NOTHING: f64 = 1e-9;
-/// Least limit of a patch, as a fraction of the reach.
+/// Least limit of a patch, as a fraction of the contact distance.
 const SHORTEST: f64 = 0.01;
 
 /// Context in which patches are built.
@@ -37,29 +38,29 @@ pub(super) struct PatchBuilder<'a> {
 
 impl PatchBuilder<'_> {
     /// Distance at which two blocks get a patch `[m]`.
-    pub(super) fn reach(&self, [a, b]: [u32; 2]) -> f64 {
+    pub(super) fn contact_distance(&self, [a, b]: [u32; 2]) -> f64 {
         let spacing = |block: u32| self.configuration.blocks[block as usize].spacing;
-        REACH * spacing(a).min(spacing(b))
+        CONTACT_DISTANCE * spacing(a).min(spacing(b))
     }
 
     fn cell(&self, block: u32) -> Parallelepiped {
         self.configuration.blocks[block as usize].cell(self.configuration.u)
     }
 
-    /// Combined travel of two blocks that cannot bring them within reach `[m]`; 0 if they need a
-    /// patch. The gap of their boxes changes no faster than the blocks travel. The height of one
-    /// block over a face of the other changes at most by `lever` times the travel. So the patches
-    /// found do not depend on the time of the check.
+    /// Combined travel of two blocks that cannot bring them within contact distance `[m]`; 0 if
+    /// they need a patch. The gap of their boxes changes no faster than the blocks travel. The
+    /// height of one block over a face of the other changes at most by `lever` times the travel. So
+    /// the patches found do not depend on the time of the check.
     pub(super) fn separation_budget(&self, blocks: [u32; 2]) -> f64 {
-        let surface: f64 = blocks.iter().map(|&block| self.surfaces.thickness(block)).sum();
-        let near = self.reach(blocks) + surface;
+        let thickness: f64 = blocks.iter().map(|&block| self.surfaces.thickness(block)).sum();
+        let near = self.contact_distance(blocks) + thickness;
         let [a, b] = blocks.map(|block| {
             self.configuration.blocks[block as usize].bounds(self.configuration.u, 0.0)
         });
         let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));
-        let apart = gap.fold(f64::NEG_INFINITY, f64::max) - near;
-        if apart > 0.0 {
-            return apart;
+        let gap = gap.fold(f64::NEG_INFINITY, f64::max) - near;
+        if gap > 0.0 {
+            return gap;
         }
         let cells = blocks.map(|block| self.cell(block));
         let separation = collide::separation(&cells[0], &cells[1]);
@@ -79,7 +80,7 @@ impl PatchBuilder<'_> {
     pub(super) fn patch(&self, blocks: [u32; 2], old: Option<&OldPatch>) -> Option<Patch> {
         let cells = blocks.map(|block| self.cell(block));
         let separation = collide::separation(&cells[0], &cells[1]);
-        let reach = self.reach(blocks);
+        let contact_distance = self.contact_distance(blocks);
         let (surfaces, faces) = match separation.feature {
             ContactFeature::Edges(edges) => (
                 [0, 1].map(|side| self.surfaces.of_edge(blocks[side], edges[side])),
@@ -94,11 +95,11 @@ impl PatchBuilder<'_> {
             let ContactBlock { pack, lane, .. } = self.configuration.blocks[block as usize];
             self.held.get(pack).is_some_and(|lanes| lanes[lane])
         });
-        let both = self.surfaces.combined([&surfaces[0], &surfaces[1]], held);
-        if separation.distance > both.surface + 2.0 * reach {
+        let surface = self.surfaces.combined([&surfaces[0], &surfaces[1]], held);
+        if separation.distance > surface.thickness + 2.0 * contact_distance {
             return None;
         }
-        let mut patch = self.empty(blocks, &cells, &separation, both, reach);
+        let mut patch = self.empty(blocks, &cells, &separation, surface, contact_distance);
         patch.faces = faces.map(FaceId::number);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
@@ -110,9 +111,9 @@ impl PatchBuilder<'_> {
         Some(patch)
     }
 
-    /// Patch of the two faces of a nonconforming joint; its points have no history. `seen` receives
-    /// the corners of the overlap polygons and the points inside them.
-    pub(super) fn by_face(&self, joint_pair: &NonconformingJoint, seen: Polygons<'_>) -> Patch {
+    /// Patch of the two faces of a nonconforming joint; its points have no history. `visit`
+    /// receives the corners of the overlap polygons and the points inside them.
+    pub(super) fn by_face(&self, joint_pair: &NonconformingJoint, visit: Polygons<'_>) -> Patch {
         let NonconformingJoint { blocks, faces, .. } = *joint_pair;
         let cells = blocks.map(|block| self.cell(block));
         // The finer side determines the normal.
@@ -129,12 +130,13 @@ impl PatchBuilder<'_> {
         let normal = cross.try_normalize(0.0).unwrap_or_default() * sign;
         let feature = ContactFeature::Face { of, face, other };
         let separation = Separation { distance: 0.0, margin: f64::INFINITY, normal, feature };
-        let reach = self.reach(blocks);
-        let mut patch = self.empty(blocks, &cells, &separation, CombinedSurface::default(), reach);
+        let contact_distance = self.contact_distance(blocks);
+        let mut patch =
+            self.empty(blocks, &cells, &separation, CombinedSurface::default(), contact_distance);
         patch.faces = faces.map(FaceId::number);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
-        self.face(&mut patch, &frame, Some(seen));
+        self.face(&mut patch, &frame, Some(visit));
         patch
     }
 
@@ -143,14 +145,14 @@ impl PatchBuilder<'_> {
         blocks: [u32; 2],
         cells: &[Parallelepiped; 2],
         separation: &Separation,
-        both: CombinedSurface,
-        reach: f64,
+        surface: CombinedSurface,
+        contact_distance: f64,
     ) -> Patch {
         let reference = match separation.feature {
             ContactFeature::Face { of, .. } => of,
             ContactFeature::Edges(_) => 0,
         };
-        let mut patch = Patch { blocks, reference: reference as u8, both, ..Patch::default() };
+        let mut patch = Patch { blocks, reference: reference as u8, surface, ..Patch::default() };
         let [own, other] = patch.order().map(|block| self.configuration.rotation(block));
         let normal = separation.normal;
         // The tangent runs along an edge of the reference block.
@@ -159,32 +161,35 @@ impl PatchBuilder<'_> {
         let along = along.max_by(|x, y| x.norm_squared().total_cmp(&y.norm_squared()));
         let along = along.and_then(|x| x.try_normalize(0.0)).unwrap_or_default();
         patch.axes = [own.tr_mul(&normal), own.tr_mul(&along)];
-        patch.now = [normal, along];
-        patch.seen = patch.now.map(|axis| other.tr_mul(&axis).map(|x| x as f32));
-        patch.apart = own.tr_mul(&self.apart(blocks));
+        patch.axes_now = [normal, along];
+        patch.axes_in_other = patch.axes_now.map(|axis| other.tr_mul(&axis).map(|x| x as f32));
+        patch.relative_position = own.tr_mul(&self.relative_position(blocks));
         // If another axis is almost as good, the patch is checked again soon.
-        patch.limit = reach.min(0.5 * separation.margin).max(SHORTEST * reach) as f32;
+        patch.limit =
+            contact_distance.min(0.5 * separation.margin).max(SHORTEST * contact_distance) as f32;
         patch
     }
 
-    fn apart(&self, [a, b]: [u32; 2]) -> Vec3 {
+    fn relative_position(&self, [a, b]: [u32; 2]) -> Vec3 {
         self.configuration.centre(b as usize) - self.configuration.centre(a as usize)
     }
 
     /// True if two blocks have moved so far against each other that their points must be remade.
     pub(super) fn has_moved(&self, patch: &Patch) -> bool {
         let [own, other] = patch.order().map(|block| self.configuration.rotation(block));
-        let apart = own.tr_mul(&self.apart(patch.blocks));
-        let turned = |k: usize| (other * patch.seen[k].map(f64::from) - own * patch.axes[k]).norm();
+        let relative_position = own.tr_mul(&self.relative_position(patch.blocks));
+        let turned =
+            |k: usize| (other * patch.axes_in_other[k].map(f64::from) - own * patch.axes[k]).norm();
         let [a, b] = patch.blocks.map(|block| self.configuration.blocks[block as usize].size);
-        let motion = (apart - patch.apart).norm() + a.min(b) * (turned(0) + turned(1));
+        let motion = (relative_position - patch.relative_position).norm()
+            + a.min(b) * (turned(0) + turned(1));
         motion > f64::from(patch.limit) || !motion.is_finite()
     }
 
-    /// Adds the pairs of points of two faces, over the outline of the coarser one. With `seen` they
-    /// are made over each of its elements, so that the shape functions of both sides are integrated
-    /// exactly. `seen` receives the corners of the polygons and the points inside them.
-    fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], mut seen: Option<Polygons<'_>>) {
+    /// Adds the pairs of points of two faces, over the outline of the coarser one. With `visit`
+    /// they are made over each of its elements, so that the shape functions of both sides are
+    /// integrated exactly. `visit` receives the corners of the polygons and the points inside them.
+    fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], mut visit: Option<Polygons<'_>>) {
         let faces = patch.faces();
         let sides = [0, 1].map(|side| {
             ContactSide::new(&self.configuration, patch.blocks[side] as usize, faces[side], frame)
@@ -200,20 +205,20 @@ impl PatchBuilder<'_> {
             ClippedOverlap { sides: [fine_side, coarse], fine, at_node, points: Vec::new() };
         for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
             let quad = fine_side.quad([i, k]);
-            if apart(&quad, &coarse.outline) {
+            if are_disjoint(&quad, &coarse.outline) {
                 continue;
             }
-            let Some(seen) = &mut seen else {
+            let Some(visit) = &mut visit else {
                 overlap.add([i, k], &quad, &coarse.outline);
                 continue;
             };
             for element in (0..m).flat_map(|l| (0..m).map(move |j| [j, l])) {
                 let outline = coarse.quad(element);
-                if apart(&quad, &outline) {
+                if are_disjoint(&quad, &outline) {
                     continue;
                 }
                 let (corners, inside) = overlap.add_inside([i, k], &quad, &outline);
-                seen(&corners, &inside);
+                visit(&corners, &inside);
             }
         }
         patch.points = overlap.points.into();
@@ -243,26 +248,26 @@ impl PatchBuilder<'_> {
         let known = old.map(|old| PatchHistory::new(&self.configuration, &old.patch));
         let last = if old.is_some() { 0.0 } else { 1.0 };
         // Areas change little. With a ratio of 1, friction would drop with every new patch.
-        let stretch = old.map_or(1.0, |old| old.patch.both.friction.stretch());
-        patch.both.friction.set_stretch(stretch);
-        let CombinedSurface { surface, stiffness, .. } = patch.both;
+        let stretch = old.map_or(1.0, |old| old.patch.surface.friction.stretch());
+        patch.surface.friction.set_stretch(stretch);
+        let CombinedSurface { thickness, stiffness, .. } = patch.surface;
         let (blocks, faces) = (patch.blocks, patch.faces());
-        for ContactPoint { points, pair, slid } in &mut patch.points {
+        for ContactPoint { points, pair, slip_path } in &mut patch.points {
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
             let x = self.configuration.position(blocks[0] as usize, faces[0], &points[0]);
-            let [gap, sx, sy] = own(self.configuration.apart(blocks, faces, points));
+            let [gap, sx, sy] = own(self.configuration.relative_position(blocks, faces, points));
             let [opening_increment, wx, wy] =
-                own(self.configuration.apart_increment(blocks, faces, points));
+                own(self.configuration.relative_displacement_increment(blocks, faces, points));
             // A new contact begins with the gap of one step ago, before the last increment.
-            let before = gap - surface - opening_increment * last;
+            let before = gap - thickness - opening_increment * last;
             let transferred = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
                 // Blocks that overlap when they meet get an offset and are not pushed apart.
                 PointHistory { offset: before.min(0.0), ..PointHistory::default() }
             });
-            let PointHistory { offset, drag, .. } = transferred;
+            let PointHistory { offset, added_tractions, .. } = transferred;
             let gap = before - offset;
             let normal = (stiffness.normal * gap).min(0.0);
-            let limit = patch.both.friction.strength(self.context.laws, normal);
+            let limit = patch.surface.friction.strength(self.context.laws, normal);
             let [_, s, t] = own(transferred.shear);
             let mut shear = Vector2::new(s, t);
             let sticks = Vector2::new(sx - wx * last, sy - wy * last);
@@ -276,7 +281,7 @@ impl PatchBuilder<'_> {
                 shear *= limit / size;
             }
             let slip = sticks - shear / stiffness.shear;
-            pair.origin.x = surface;
+            pair.origin.x = thickness;
             pair.state = PointState {
                 slip,
                 dilation: offset,
@@ -284,11 +289,11 @@ impl PatchBuilder<'_> {
                 damage: 1.0,
                 gap,
                 traction: Traction { normal, shear },
-                drag,
-                account: 0.0,
+                added_tractions,
+                energy_excess: 0.0,
                 equilibrium,
             };
-            *slid = transferred.slid;
+            *slip_path = transferred.slip_path;
         }
         if let Some(old) = old {
             patch.transfer_energy(&self.configuration, old);
@@ -300,7 +305,7 @@ impl PatchBuilder<'_> {
 impl ContactPoint {
     /// Pair of two points for an area `[m²]`, without history.
     fn new(points: [SurfacePoint; 2], area: f64) -> Self {
-        Self { points, pair: JointPoint { area, ..JointPoint::default() }, slid: 0.0 }
+        Self { points, pair: JointPoint { area, ..JointPoint::default() }, slip_path: 0.0 }
     }
 }
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{Configuration, ContactPoint, Contacts, Patch};
 use crate::broken::{BrokenJoints, BrokenLattice};
-use crate::point::{JointPoint, PairContext, PairFailure, joined};
+use crate::point::{JointPoint, PairContext, PairFailure, vector};
 use ddem_mechanics::law::{FailureMode, JointLaw, Laws, SpringStiffness, Traction};
 use ddem_mechanics::math::exact::ExactSum;
 use ddem_mesh::NO_JOINT;
@@ -79,7 +79,7 @@ impl Contacts {
         let broken = (0..broken_joints.packs.len()).into_par_iter().with_min_len(PACKS);
         let broken = broken.filter(|&index| broken_joints.packs[index].is_some());
         let found: Vec<(usize, usize, JointStatus)> = broken.flat_map_iter(further).collect();
-        self.known &= found.is_empty();
+        self.near_is_complete &= found.is_empty();
         found.into_iter().for_each(|(block, d, release)| self.joints[block][d] = release);
     }
 }
@@ -95,8 +95,8 @@ fn status_of(
     let (moved, any_bonded) = PairMotion::of(broken.lane(lane), law);
     // Without bond strength an unfailed pair holds no more than a failed one. Neither do the last
     // two pairs of rigid blocks: they lie at quarter points, but the block turns about its edge.
-    let hinges = pack.rigid && moved.open >= 2;
-    let bonded = any_bonded && !hinges && law.is_none_or(|law| law.bonds());
+    let has_rotated = pack.rigid && moved.open >= 2;
+    let bonded = any_bonded && !has_rotated && law.is_none_or(|law| law.bonds());
     moved.status(bonded, pack.rigid, section.spacing(lane))
 }
 
@@ -218,9 +218,9 @@ pub(super) fn release(
             let Some(other) = at.geometry.above(block, d) else { continue };
             failed += fail_bonded_pairs(at, context, broken_joints, index, d, lane);
             let removed = remove_springs(at, configuration, broken_joints, index, d, lane);
-            let Some((load, account)) = removed else { continue };
+            let Some((load, energy_excess)) = removed else { continue };
             let blocks = [block.min(other) as u32, block.max(other) as u32];
-            lost.add(load.energy[0] + load.energy[1] + account);
+            lost.add(load.energy[0] + load.energy[1] + energy_excess);
             let Some(mut patch) = make(blocks) else { continue };
             let sign = if blocks[0] as usize == block { 1.0 } else { -1.0 };
             patch.preload(configuration, context, &load, sign);
@@ -260,7 +260,7 @@ fn fail_bonded_pairs(
     failed
 }
 
-/// Removes the springs of a joint. Returns their load and the energy on their accounts `[J]`.
+/// Removes the springs of a joint. Returns their load and their energy excess `[J]`.
 fn remove_springs(
     at: JointLookup<'_>,
     configuration: &Configuration<'_>,
@@ -276,21 +276,21 @@ fn remove_springs(
     let axes = configuration.between(block, other) * section.axes;
     let about = (configuration.centre(block) + configuration.centre(other)) / 2.0;
     let (mut force, mut moment) = (Vec3::zeros(), Vec3::zeros());
-    let (mut energy, mut account, mut total_area) = ([0.0; 2], 0.0, 0.0);
+    let (mut energy, mut energy_excess, mut total_area) = ([0.0; 2], 0.0, 0.0);
     let broken = broken_joints.at(index)[1 << d].as_mut()?;
-    let n = at.packs.shape_of(pack).divisions;
+    let n = at.packs.numbering_of(pack).divisions;
     for (p, &JointPoint { area, state, .. }) in broken.lane(lane).enumerate() {
         let (traction, total) = (state.traction, state.total_traction());
-        let pull = axes * joined(total.normal, total.shear) * area;
+        let pull = axes * vector(total.normal, total.shear) * area;
         force += pull;
         moment += (configuration.pair(block, pack.rigid, d, p, n) - about).cross(&pull);
         energy[0] += area * 0.5 * traction.normal * state.gap;
         energy[1] += area * 0.5 * traction.shear.norm_squared() / section.stiffness(lane).shear;
-        account += area * state.account;
+        energy_excess += area * state.energy_excess;
         total_area += area;
     }
     broken.remove_springs(lane);
-    Some((JointLoad { energy, area: total_area, force, moment, about }, account))
+    Some((JointLoad { energy, area: total_area, force, moment, about }, energy_excess))
 }
 
 impl Configuration<'_> {
@@ -359,7 +359,7 @@ impl Patch {
         let required = |x: &Vec3| field.dot(&Vector3::new(1.0, s.dot(x), t.dot(x))).min(0.0);
         let normal: f64 = self.pairs().zip(&positions).map(|(p, x)| p.area * required(x)).sum();
         let shear = Vector2::new(s.dot(&force), t.dot(&force));
-        let SpringStiffness { normal: stiff, shear: soft } = self.both.stiffness;
+        let SpringStiffness { normal: stiff, shear: soft } = self.surface.stiffness;
         for (point, x) in self.points.iter_mut().zip(&positions) {
             let required = required(x);
             let shear = if normal < 0.0 { shear * (required / normal) } else { Vector2::zeros() };
@@ -368,7 +368,7 @@ impl Patch {
             let bare = state.gap + state.dilation;
             state.gap = required / stiff;
             (state.dilation, state.applied_dilation) = (bare - state.gap, bare - state.gap);
-            let most = self.both.friction.strength(context.laws, required);
+            let most = self.surface.friction.strength(context.laws, required);
             let size = shear.norm();
             let carried = if size > most { shear * (most / size) } else { shear };
             state.slip += (state.traction.shear - carried) / soft;

@@ -1,7 +1,7 @@
 //! Search for blocks that are near each other.
 //!
 //! The boxes of the blocks are sorted into a grid only if a block may have left its margin. Pairs
-//! of near blocks are checked only if they may have come within reach.
+//! of near blocks are checked only if they may have come within contact distance.
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -20,7 +20,8 @@ use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::Geometry;
 use ddem_mesh::grid;
 
-/// Travel, as a fraction of the reach, after which two blocks just beyond it are checked again.
+/// Travel, as a fraction of the contact distance, after which two blocks just beyond it are checked
+/// again.
 const SOON: f64 = 0.01;
 /// Least number of pairs per parallel task.
 const TOGETHER: usize = 256;
@@ -87,16 +88,19 @@ impl Contacts {
     fn sort_boxes(&mut self, search: &SearchContext<'_>, configuration: &Configuration<'_>) {
         let SearchContext { joints, contact_model, .. } = *search;
         let travelled = self.travel.iter().flat_map(|lanes| lanes.0).fold(0.0, f64::max);
-        if !contact_model.search || (self.known && travelled <= contact_model.margin) {
+        if !contact_model.search || (self.near_is_complete && travelled <= contact_model.margin) {
             return;
         }
         let margin = contact_model.margin + contact_model.surfaces.thickest;
         let bounds = |block: &ContactBlock| {
-            block.bounds(configuration.u, margin + 0.5 * super::REACH * block.spacing)
+            block.bounds(configuration.u, margin + 0.5 * super::CONTACT_DISTANCE * block.spacing)
         };
         let boxes: Vec<_> = configuration.blocks.par_iter().map(bounds).collect();
         let near = grid::overlapping_pairs(&boxes).into_par_iter().with_min_len(TOGETHER).filter(
-            |&blocks| self.patch_index(blocks).is_err() && !self.joined(joints.geometry, blocks),
+            |&blocks| {
+                self.patch_index(blocks).is_err()
+                    && !self.is_left_to_joints(joints.geometry, blocks)
+            },
         );
         let left = |blocks: [u32; 2]| {
             let known = self.near.binary_search_by_key(&blocks, |near| near.blocks);
@@ -105,10 +109,11 @@ impl Contacts {
         };
         self.near = near.map(left).collect();
         self.travel.fill(Lanes::ZERO);
-        self.known = true;
+        self.near_is_complete = true;
     }
 
-    /// Makes patches of blocks that have come within reach, and drops patches without points.
+    /// Makes patches of blocks that have come within contact distance, and drops patches without
+    /// points.
     fn make_patches(&mut self, builder: &PatchBuilder<'_>) {
         let configuration = &builder.configuration;
         let context = |near: &NearPair| -> Option<Result<Patch, f64>> {
@@ -124,7 +129,7 @@ impl Contacts {
                 Some(patch) if patch.points.is_empty() => Err(travelled + f64::from(patch.limit)),
                 Some(patch) => Ok(patch),
                 // The nearest faces may have thinner skins than other faces of the two blocks.
-                None => Err(travelled + SOON * builder.reach(near.blocks)),
+                None => Err(travelled + SOON * builder.contact_distance(near.blocks)),
             })
         };
         let found: Vec<(usize, Result<Patch, f64>)> = if self.near.len() < TOGETHER {
@@ -178,7 +183,7 @@ pub fn release_due_joints(
     }
     let builder = search.builder(configuration);
     let make = |blocks: [u32; 2]| builder.patch(blocks, None);
-    contacts.known = false;
+    contacts.near_is_complete = false;
     let (lost, failed) =
         release(search.joints, &configuration, search.context, broken_joints, contacts, &make);
     Losses { failed: [failed, 0], ..of_release(lost, search.context) }
@@ -234,7 +239,7 @@ fn renew(builder: &PatchBuilder<'_>, search: SearchContext<'_>, contacts: &mut C
         losses.add(&lost);
         if let Some(ended) = released {
             // Blocks of joints whose status has advanced may meet others.
-            contacts.known = false;
+            contacts.near_is_complete = false;
             contacts.add_released(ended);
         }
     }
@@ -248,14 +253,14 @@ type ReleasedState = Option<ReleasedJoint>;
 /// the last state of the joint; `None` if its status has not advanced.
 fn release_patch(builder: &PatchBuilder<'_>, patch: &mut Patch) -> Option<(Losses, ReleasedState)> {
     let context = builder.context;
-    let found = patch.moved(&builder.configuration, context);
+    let found = patch.status(&builder.configuration, context);
     let bond = patch.bond.as_mut().filter(|bond| found > Some(bond.status))?;
     if let Some(release) = found.filter(|&release| release < JointStatus::Pending) {
         bond.status = release;
         return Some((Losses::default(), None));
     }
     // The axes are those of the last step, which a resumed run does not have.
-    patch.turn(&builder.configuration);
+    patch.update_axes(&builder.configuration);
     let load = patch.load(&builder.configuration);
     let before = patch.stored();
     let mut contact = builder.patch(patch.blocks, None).unwrap_or_default();
@@ -268,7 +273,7 @@ fn release_patch(builder: &PatchBuilder<'_>, patch: &mut Patch) -> Option<(Losse
 impl Contacts {
     /// True if contact between two blocks is left to joints: neighbours connected by joints that
     /// have not moved, or by their own joint.
-    fn joined(&self, geometry: &Geometry, [a, b]: [u32; 2]) -> bool {
+    fn is_left_to_joints(&self, geometry: &Geometry, [a, b]: [u32; 2]) -> bool {
         let (a, b) = (a as usize, b as usize);
         if geometry.is_removed(a) || geometry.is_removed(b) {
             return true;

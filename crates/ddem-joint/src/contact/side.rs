@@ -64,7 +64,7 @@ impl<'a> ContactSide<'a> {
 }
 
 /// True if the boxes around two quadrilaterals are disjoint.
-pub(super) fn apart(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
+pub(super) fn are_disjoint(a: &[[f64; 2]; 4], b: &[[f64; 2]; 4]) -> bool {
     (0..2).any(|c| {
         let range = |quad: &[[f64; 2]; 4]| {
             let along = quad.iter().map(|x| x[c]);
@@ -93,9 +93,13 @@ pub(super) fn edge_node(contact_block: &ContactBlock, edge: EdgeId, i: usize) ->
 }
 
 /// Point at a fraction of an edge, on the adjacent face across its next direction.
-pub(super) fn edge_point(contact_block: &ContactBlock, edge: EdgeId, part: f64) -> SurfacePoint {
+pub(super) fn edge_point(
+    contact_block: &ContactBlock,
+    edge: EdgeId,
+    fraction: f64,
+) -> SurfacePoint {
     let n = contact_block.topology.divisions();
-    let along = part * n as f64;
+    let along = fraction * n as f64;
     let i = (along as usize).min(n - 1);
     // Across direction d + 1, the face's own directions are d + 2 and d.
     let (k, on) = if edge.upper[1] { (n - 1, 1.0) } else { (0, 0.0) };

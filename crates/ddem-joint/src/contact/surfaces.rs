@@ -23,7 +23,7 @@ pub(super) struct ContactSurface {
     /// Friction after failure, if the joint has a law.
     friction: Option<FaceFriction>,
     /// Mass per unit area that vibrates on a contact.
-    moved: VibratingMass,
+    vibrating_mass: VibratingMass,
     /// Density of the block `[kg/m³]`.
     density: f64,
     /// Stiffness of the joint, if there is one `[Pa/m]`.
@@ -36,7 +36,7 @@ pub(super) struct ContactSurface {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct CombinedSurface {
     /// Distance of the faces at which contact begins `[m]`.
-    pub surface: f64,
+    pub thickness: f64,
     /// Stiffness of both in series `[Pa/m]`.
     pub stiffness: SpringStiffness,
     /// Friction of the weaker face.
@@ -59,12 +59,12 @@ pub struct ContactSurfaces {
     /// Tangent of the friction angle if neither the deck nor a joint gives one.
     tan_default: f64,
     /// Fraction of the way from the previous strengths to the present ones.
-    part: f64,
+    fraction: f64,
     damping: f64,
     /// Largest thickness `[m]`.
     pub(super) thickest: f64,
     /// Largest stiffnesses of a face `[Pa/m]`.
-    hardest: SpringStiffness,
+    stiffest: SpringStiffness,
 }
 
 impl ContactSurfaces {
@@ -78,10 +78,10 @@ impl ContactSurfaces {
             shear: contact.shear_stiffness,
             tan_friction: contact.tan_friction,
             tan_default: libm::tan(FRICTION.to_radians()),
-            part: 1.0,
+            fraction: 1.0,
             damping: contact.damping_ratio(),
             thickest: 0.0,
-            hardest: SpringStiffness { normal: 0.0, shear: 0.0 },
+            stiffest: SpringStiffness { normal: 0.0, shear: 0.0 },
         };
         let mut known: HashMap<[u64; 10], u32> = HashMap::new();
         for block in 0..geometry.blocks.len() {
@@ -91,8 +91,8 @@ impl ContactSurfaces {
                     ContactSurface::new(properties, laws, geometry, block, face, nonconforming);
                 surfaces.thickest = surfaces.thickest.max(surface.thickness);
                 let SpringStiffness { normal, shear } = surface.stiffness;
-                surfaces.hardest.normal = surfaces.hardest.normal.max(normal);
-                surfaces.hardest.shear = surfaces.hardest.shear.max(shear);
+                surfaces.stiffest.normal = surfaces.stiffest.normal.max(normal);
+                surfaces.stiffest.shear = surfaces.stiffest.shear.max(shear);
                 *known.entry(surface.key()).or_insert_with(|| {
                     surfaces.kinds.push(surface);
                     surfaces.kinds.len() as u32 - 1
@@ -109,18 +109,18 @@ impl ContactSurfaces {
         self.tan_default /= factor;
     }
 
-    /// Surfaces whose friction is a fraction `part` of the way from that of `before` to that of
+    /// Surfaces whose friction is a fraction `fraction` of the way from that of `before` to that of
     /// `now`.
     pub fn between(
         properties: &Properties,
         laws: &Laws,
         now: &Geometry,
         before: &Geometry,
-        part: f64,
+        fraction: f64,
     ) -> Self {
         let [mut surfaces, old] =
             [now, before].map(|geometry| Self::new(properties, laws, geometry));
-        if part >= 1.0 {
+        if fraction >= 1.0 {
             return surfaces;
         }
         let mut kinds = Vec::new();
@@ -129,7 +129,7 @@ impl ContactSurfaces {
                 let (mut surface, old) =
                     (surfaces.kinds[*kind as usize], old.kinds[*old_kind as usize]);
                 if let Some((new, old)) = surface.friction.as_mut().zip(old.friction) {
-                    *new = new.after(old, part);
+                    *new = new.after(old, fraction);
                 }
                 let known = kinds.iter().position(|known| *known == surface);
                 *kind = known.unwrap_or(kinds.len()) as u32;
@@ -138,7 +138,7 @@ impl ContactSurfaces {
                 }
             }
         }
-        (surfaces.kinds, surfaces.part) = (kinds, part);
+        (surfaces.kinds, surfaces.fraction) = (kinds, fraction);
         surfaces
     }
 
@@ -160,7 +160,7 @@ impl ContactSurfaces {
                 (Some(a), Some(b)) => Some(a.mean(b)),
                 (a, b) => a.or(b),
             },
-            moved: VibratingMass::mean(a.moved, b.moved),
+            vibrating_mass: VibratingMass::mean(a.vibrating_mass, b.vibrating_mass),
             density: mean(|surface| surface.density),
             joint: None,
             nonconforming: false,
@@ -200,8 +200,8 @@ impl ContactSurfaces {
         let series = |a: f64, b: f64| a * b / (a + b);
         let SpringStiffness { normal, shear } = surface.stiffness;
         SpringStiffness {
-            normal: self.normal.unwrap_or_else(|| series(normal, self.hardest.normal)),
-            shear: self.shear.unwrap_or_else(|| series(shear, self.hardest.shear)),
+            normal: self.normal.unwrap_or_else(|| series(normal, self.stiffest.normal)),
+            shear: self.shear.unwrap_or_else(|| series(shear, self.stiffest.shear)),
         }
     }
 
@@ -230,9 +230,9 @@ impl ContactSurfaces {
 
     /// Mass that vibrates on a contact or joint of a given stiffness at a face, relative to the
     /// mass of the layer of nodes there.
-    pub(super) fn moved(&self, block: u32, face: FaceId, stiffness: f64) -> f64 {
-        let moved = &self.of(block, face).moved;
-        moved.mass(stiffness) / moved.layer()
+    pub(super) fn mass_ratio(&self, block: u32, face: FaceId, stiffness: f64) -> f64 {
+        let mass = &self.of(block, face).vibrating_mass;
+        mass.mass(stiffness) / mass.layer()
     }
 
     /// Largest thickness of the surfaces of a block `[m]`.
@@ -256,15 +256,15 @@ impl ContactSurfaces {
         let shear = series(a.stiffness.shear, b.stiffness.shear);
         let normal = self.normal.unwrap_or(normal);
         let given = self.tan_friction.map(Friction::Angle);
-        let friction = given.or_else(|| Friction::of([a.friction, b.friction], self.part));
-        let [of_a, of_b] = [a, b].map(|surface| surface.moved.mass(normal));
+        let friction = given.or_else(|| Friction::of([a.friction, b.friction], self.fraction));
+        let [of_a, of_b] = [a, b].map(|surface| surface.vibrating_mass.mass(normal));
         let mass = match held {
             [true, false] => of_b,
             [false, true] => of_a,
             _ => series(of_a, of_b),
         };
         CombinedSurface {
-            surface: a.thickness + b.thickness,
+            thickness: a.thickness + b.thickness,
             stiffness: SpringStiffness { normal, shear: self.shear.unwrap_or(shear) },
             friction: friction.unwrap_or(Friction::Angle(self.tan_default)),
             dashpot: self.dashpot(normal, mass),
@@ -280,7 +280,7 @@ impl ContactSurfaces {
 
     /// Dashpot coefficient of a joint of two faces that has its own normal stiffness `[Pa s/m]`.
     pub(super) fn dashpot_of_joint(&self, [a, b]: [&ContactSurface; 2], normal: f64) -> f64 {
-        let [a, b] = [a, b].map(|surface| surface.moved.mass(normal));
+        let [a, b] = [a, b].map(|surface| surface.vibrating_mass.mass(normal));
         self.dashpot(normal, a * b / (a + b))
     }
 }
@@ -289,7 +289,7 @@ impl Contacts {
     /// Remakes damped contacts of blocks whose supports changed, because their dashpots have
     /// another mass.
     pub fn remake_where_supports_changed(&mut self, changed: impl Fn(usize) -> bool) {
-        let damped = |patch: &Patch| patch.both.dashpot > 0.0;
+        let damped = |patch: &Patch| patch.surface.dashpot > 0.0;
         self.remake(|patch| damped(patch) && patch.blocks.iter().any(|&b| changed(b as usize)));
     }
 
@@ -297,7 +297,7 @@ impl Contacts {
     /// patch.
     pub fn remake(&mut self, chosen: impl Fn(&Patch) -> bool) {
         for patch in self.patches.iter_mut().filter(|patch| chosen(patch)) {
-            patch.apart.x += 3.0 * f64::from(patch.limit);
+            patch.relative_position.x += 3.0 * f64::from(patch.limit);
         }
     }
 }
@@ -320,7 +320,7 @@ impl ContactSurface {
         let (d, upper) = (face / 2, face % 2 == 1);
         let elastic = &properties.materials[usize::from(geometry.blocks[block].material)];
         let height = geometry.height(block, d);
-        let moved = VibratingMass::new(geometry, block, d, elastic);
+        let vibrating_mass = VibratingMass::new(geometry, block, d, elastic);
         let number = geometry
             .beyond(block, FaceId { direction: d, upper })
             .map(|other| geometry.joint_above(if upper { block } else { other }, d));
@@ -338,7 +338,7 @@ impl ContactSurface {
             thickness: joint.map_or(0.0, |joint| joint.thickness.min(room) / 2.0),
             stiffness: SpringStiffness { normal: 2.0 * normal, shear: 2.0 * shear },
             friction: number.and_then(|number| FaceFriction::new(laws, number)),
-            moved,
+            vibrating_mass,
             density: elastic.density,
             joint: stiffness,
             nonconforming: nonconforming.is_some(),
@@ -349,7 +349,7 @@ impl ContactSurface {
         let SpringStiffness { normal, shear } = self.stiffness;
         let [tan, law] = FaceFriction::key(self.friction);
         let nonconforming = if self.nonconforming { 1.0 } else { 0.0 };
-        let [layer, whole, impedance] = self.moved.numbers();
+        let [layer, whole, impedance] = self.vibrating_mass.numbers();
         [
             self.thickness,
             normal,

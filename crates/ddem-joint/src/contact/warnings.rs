@@ -45,7 +45,7 @@ pub enum ContactWarning {
     /// Blocks that penetrate each other under their own weight.
     Sinks {
         /// Penetration as a fraction of the edge of the block.
-        part: f64,
+        fraction: f64,
         /// Density of the block `[kg/m³]`.
         density: f64,
         /// Normal stiffness of its contact `[Pa/m]`.
@@ -86,8 +86,8 @@ impl ContactModel {
                 warnings.push(ContactWarning::Soft { shear, given, own });
             }
         }
-        let sinks = sinks.map(|[part, density, stiffness]| ContactWarning::Sinks {
-            part,
+        let sinks = sinks.map(|[fraction, density, stiffness]| ContactWarning::Sinks {
+            fraction,
             density,
             stiffness,
         });

@@ -8,9 +8,9 @@ const PARALLEL: f64 = 1e-12;
 /// Positions of the closest points of two segments, as fractions of their lengths in [0, 1]. For
 /// parallel segments it is the middle of the length over which they run side by side.
 pub fn nearest(a: [Vector3<f64>; 2], b: [Vector3<f64>; 2]) -> [f64; 2] {
-    let (along_a, along_b, apart) = (a[1] - a[0], b[1] - b[0], b[0] - a[0]);
+    let (along_a, along_b, offset) = (a[1] - a[0], b[1] - b[0], b[0] - a[0]);
     let (aa, bb, ab) = (along_a.norm_squared(), along_b.norm_squared(), along_a.dot(&along_b));
-    let (start, start_b) = (apart.dot(&along_a), apart.dot(&along_b));
+    let (start, start_b) = (offset.dot(&along_a), offset.dot(&along_b));
     let determinant = aa * bb - ab * ab;
     let s = if determinant > PARALLEL * (aa * bb) {
         within((start * bb - start_b * ab) / determinant)

@@ -127,15 +127,15 @@ impl Polygon {
     /// Merges vertices that are closer than `same`.
     #[inline(always)]
     fn merge(&mut self, same: f64) {
-        let apart = |a: Point, b: Point| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) > same;
+        let are_distinct = |a: Point, b: Point| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) > same;
         let mut len = 0;
         for i in 0..self.len {
-            if len == 0 || apart(self.vertices[i].at, self.vertices[len - 1].at) {
+            if len == 0 || are_distinct(self.vertices[i].at, self.vertices[len - 1].at) {
                 self.vertices[len] = self.vertices[i];
                 len += 1;
             }
         }
-        while len > 1 && !apart(self.vertices[len - 1].at, self.vertices[0].at) {
+        while len > 1 && !are_distinct(self.vertices[len - 1].at, self.vertices[0].at) {
             len -= 1;
         }
         self.len = len;

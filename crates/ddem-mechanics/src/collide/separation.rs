@@ -124,11 +124,11 @@ impl<'a> Faces<'a> {
     /// Distances to another cell along the three normals. `across` are the products of the normals
     /// with the half edges of the other cell. Minus infinity without a normal.
     #[inline(always)]
-    fn distances(&self, apart: &Vector3<f64>, across: &[[f64; 3]; 3]) -> [f64; 3] {
+    fn distances(&self, offset: &Vector3<f64>, across: &[[f64; 3]; 3]) -> [f64; 3] {
         [0, 1, 2].map(|d| {
             let own = self.areas[d].dot(&self.half[d]).abs();
             let [x, y, z] = across[d].map(f64::abs);
-            let free = self.areas[d].dot(apart).abs() - own - (x + y + z);
+            let free = self.areas[d].dot(offset).abs() - own - (x + y + z);
             if self.inverse[d] > 0.0 { free * self.inverse[d] } else { f64::NEG_INFINITY }
         })
     }
@@ -164,14 +164,14 @@ fn products(areas: &[Vector3<f64>; 3], half: &[Vector3<f64>; 3]) -> [[f64; 3]; 3
 /// Axis of largest distance among face normals and cross products of the edges of two cells. If the
 /// cells do not overlap its distance is a lower bound of the true one.
 pub fn separation(a: &Parallelepiped, b: &Parallelepiped) -> Separation {
-    let apart = b.centre - a.centre;
+    let offset = b.centre - a.centre;
     let (of_a, of_b) = (Faces::new(&a.half), Faces::new(&b.half));
     let across = [products(&of_a.areas, &b.half), products(&of_b.areas, &a.half)];
     let [ax, ay, az] = of_a.squares;
     let [bx, by, bz] = of_b.squares;
     let equal = EQUAL * (ax + ay + az + bx + by + bz).sqrt();
 
-    let distances = [of_a.distances(&apart, &across[0]), of_b.distances(&apart, &across[1])];
+    let distances = [of_a.distances(&offset, &across[0]), of_b.distances(&offset, &across[1])];
     let (mut best, mut at) = (f64::NEG_INFINITY, None);
     for (of, distances) in distances.iter().enumerate() {
         for (direction, &distance) in distances.iter().enumerate() {
@@ -180,9 +180,9 @@ pub fn separation(a: &Parallelepiped, b: &Parallelepiped) -> Separation {
             }
         }
     }
-    let Some((of, direction)) = at else { return shapeless(a, b, &apart) };
+    let Some((of, direction)) = at else { return shapeless(a, b, &offset) };
     let (one, other) = if of == 0 { (&of_a, &of_b) } else { (&of_b, &of_a) };
-    let normal = towards(one.areas[direction] * one.inverse[direction], &apart);
+    let normal = towards(one.areas[direction] * one.inverse[direction], &offset);
 
     // Largest distance along normals in other directions than a given one.
     let second = |normal: &Vector3<f64>| {
@@ -198,7 +198,7 @@ pub fn separation(a: &Parallelepiped, b: &Parallelepiped) -> Separation {
         second
     };
     if let Some((distance, normal, [i, j])) =
-        crossed([&of_a, &of_b], &across, &apart, best, &normal, equal)
+        crossed([&of_a, &of_b], &across, &offset, best, &normal, equal)
     {
         let feature = ContactFeature::Edges([of_a.edge(i, &normal), of_b.edge(j, &-normal)]);
         let margin = distance - second(&normal);
@@ -219,7 +219,7 @@ pub fn separation(a: &Parallelepiped, b: &Parallelepiped) -> Separation {
 fn crossed(
     [a, b]: [&Faces<'_>; 2],
     across: &[[[f64; 3]; 3]; 2],
-    apart: &Vector3<f64>,
+    offset: &Vector3<f64>,
     best: f64,
     face: &Vector3<f64>,
     equal: f64,
@@ -227,7 +227,7 @@ fn crossed(
     let (mut beat, mut found) = (best + equal, None);
     for i in 0..3 {
         let (i1, i2) = ((i + 1) % 3, (i + 2) % 3);
-        let moment = apart.cross(&a.half[i]);
+        let moment = offset.cross(&a.half[i]);
         for j in 0..3 {
             let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
             // Products with the axis aᵢ × bⱼ: c·(aᵢ × bⱼ) is (c × aᵢ)·bⱼ. For the other half edges
@@ -245,7 +245,7 @@ fn crossed(
                 if distance > beat {
                     beat = distance + equal;
                     let apart_from_face = unit.dot(face).abs() < NEAR_FACE;
-                    found = apart_from_face.then(|| (distance, towards(unit, apart), [i, j]));
+                    found = apart_from_face.then(|| (distance, towards(unit, offset), [i, j]));
                 }
             }
         }
@@ -255,14 +255,14 @@ fn crossed(
 
 /// Axis or its opposite, so that it points along the vector from a to b.
 #[inline(always)]
-fn towards(axis: Vector3<f64>, apart: &Vector3<f64>) -> Vector3<f64> {
-    if axis.dot(apart) < 0.0 { -axis } else { axis }
+fn towards(axis: Vector3<f64>, offset: &Vector3<f64>) -> Vector3<f64> {
+    if axis.dot(offset) < 0.0 { -axis } else { axis }
 }
 
 /// Separation of cells without any face normal, along the line of their centres.
 #[cold]
-fn shapeless(a: &Parallelepiped, b: &Parallelepiped, apart: &Vector3<f64>) -> Separation {
-    let normal = apart.try_normalize(0.0).unwrap_or_else(Vector3::x);
+fn shapeless(a: &Parallelepiped, b: &Parallelepiped, offset: &Vector3<f64>) -> Separation {
+    let normal = offset.try_normalize(0.0).unwrap_or_else(Vector3::x);
     let (face, other) =
         (FaceId { direction: 0, upper: true }, FaceId { direction: 0, upper: false });
     let feature = ContactFeature::Face { of: 0, face, other };

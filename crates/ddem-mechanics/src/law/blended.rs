@@ -5,19 +5,19 @@ use std::sync::Arc;
 use super::{JointLaw, Softening};
 
 /// Law of a joint that replaces another in increments: cohesion, tension and the tangents of the
-/// angles are `old + (new − old) part`. The softening is that of the new joint.
+/// angles are `old + (new − old) fraction`. The softening is that of the new joint.
 #[derive(Clone, Debug)]
 pub struct BlendedLaw {
     /// Laws of the old joint and of the new one.
     pub laws: [Arc<dyn JointLaw>; 2],
     /// Fraction of the way from the old joint to the new one, from 0 to 1.
-    pub part: f64,
+    pub fraction: f64,
 }
 
 impl BlendedLaw {
     fn mix(&self, of: impl Fn(&dyn JointLaw) -> f64) -> f64 {
         let [old, new] = [of(&*self.laws[0]), of(&*self.laws[1])];
-        old + (new - old) * self.part
+        old + (new - old) * self.fraction
     }
 }
 

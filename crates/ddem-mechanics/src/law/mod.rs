@@ -110,11 +110,11 @@ pub struct PointState {
     pub applied_dilation: f64,
     /// Traction of the springs at the last step `[Pa]`.
     pub traction: Traction,
-    /// Normal tractions at the last step, of the dashpot and of the settlement of the account
-    /// `[Pa]`.
-    pub drag: [f64; 2],
+    /// Normal tractions at the last step besides that of the spring: of the dashpot and of the
+    /// energy correction `[Pa]`.
+    pub added_tractions: [f64; 2],
     /// Energy taken so far in excess of the spring energy and the losses, per unit area `[J/m²]`.
-    pub account: f64,
+    pub energy_excess: f64,
     /// Last equilibrium. A relaxation maps slip and damage from it, so that neither keeps an
     /// overshoot. `None` in motion, where both continue from the last step.
     pub equilibrium: Option<Equilibrium>,
@@ -148,7 +148,7 @@ pub struct PointLoss {
     pub friction: f64,
     /// Loss by fracture.
     pub fracture: f64,
-    /// Loss of faces that meet or part within a step; it goes to the account of the point.
+    /// Loss of faces that meet or part within a step; it changes the energy excess of the point.
     pub contact: f64,
     /// Loss by the dashpot.
     pub damping: f64,

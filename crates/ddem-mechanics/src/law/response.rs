@@ -171,7 +171,7 @@ fn damage_per_slip<L: JointLaw + ?Sized>(law: &L, softening: Softening, normal: 
 /// Peak and residual shear strength under the traction of spring and dashpot. The residual acts on
 /// closed faces only.
 fn limits<L: JointLaw + ?Sized>(law: &L, state: &PointState) -> (f64, f64) {
-    let normal = state.traction.normal + state.dashpot();
+    let normal = state.traction.normal + state.dashpot_traction();
     let cohesion = if state.damage >= PARTED { law.residual(0.0) } else { 0.0 };
     let residual = if state.gap <= 0.0 { (law.residual(normal) - cohesion).max(0.0) } else { 0.0 };
     let peak = if state.damage < 1.0 { law.peak(normal) } else { residual };
@@ -205,8 +205,8 @@ fn loss<L: JointLaw + ?Sized>(law: &L, before: &PointState, after: &PointState) 
     loss
 }
 
-/// Energy of a failed point per unit area, in its springs and on its account `[J/m²]`.
+/// Energy of a failed point per unit area, in its springs and its energy excess `[J/m²]`.
 pub fn stored(stiffness: SpringStiffness, state: &PointState) -> f64 {
     let Traction { normal, shear } = state.traction;
-    0.5 * normal * state.gap + 0.5 * shear.norm_squared() / stiffness.shear + state.account
+    0.5 * normal * state.gap + 0.5 * shear.norm_squared() / stiffness.shear + state.energy_excess
 }

@@ -138,7 +138,7 @@ fn separated_faces_have_no_cohesion() {
     let friction = 4e6 * tan(25.0);
     let pressed = -4e6 / STIFFNESS.normal;
     let slides = |i: i32| at(pressed, f64::from(i) * 1e-5);
-    for settles in [false, true] {
+    for corrects in [false, true] {
         let mut state = PointState::default();
         let mut shear_at = |opening: Opening| {
             respond(&law, STIFFNESS, opening, &mut state);
@@ -149,7 +149,7 @@ fn separated_faces_have_no_cohesion() {
         assert_eq!(shear_at(at(1e-6, 0.01)), 0.0);
         let closed = (1001..=2000).map(slides).map(&mut shear_at).fold(0.0, |_, shear| shear);
         assert!((closed / friction - 1.0).abs() < 1e-12, "{closed}");
-        if settles {
+        if corrects {
             state.set_equilibrium();
             respond(&law, STIFFNESS, slides(3000), &mut state);
             let shear = state.traction.shear.norm();
@@ -275,8 +275,8 @@ fn dashpot_returns_no_more_than_it_took() {
             v -= time_step * state.total_traction().normal;
             gap += time_step * v;
         }
-        // The missing energy has been taken by the dashpot or is still on the account.
-        let left = 0.5 * v * v + dissipated + state.account;
+        // The missing energy has been taken by the dashpot or is still its energy excess.
+        let left = 0.5 * v * v + dissipated + state.energy_excess;
         assert!(gap > 0.0 && (left - 0.5).abs() < 1e-12, "{step} {ratio}: {left} {gap}");
     }
 }

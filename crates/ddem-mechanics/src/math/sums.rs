@@ -30,7 +30,7 @@ pub struct StepSums {
     /// Power that damping takes, with the velocities before and after `[W]`.
     pub damping: [f64; 2],
     /// Kinetic energy `½ Σ v⁻ m v⁺` `[J]`, or `½ Σ v m v` with velocities at the present time;
-    /// evaluated in a trial.
+    /// evaluated without motion.
     pub kinetic: f64,
     /// Kinetic energy `½ Σ m (v⁺ − v⁻)²` of the change of velocity, if the step changes `[J]`.
     pub change: f64,

@@ -243,10 +243,10 @@ impl Pose {
 
     /// Pose with velocities interpolated towards those of another pose.
     #[inline]
-    pub fn between(&self, other: &Self, part: f64) -> Self {
+    pub fn between(&self, other: &Self, fraction: f64) -> Self {
         Self {
-            velocity: self.velocity * (1.0 - part) + other.velocity * part,
-            momentum: self.momentum * (1.0 - part) + other.momentum * part,
+            velocity: self.velocity * (1.0 - fraction) + other.velocity * fraction,
+            momentum: self.momentum * (1.0 - fraction) + other.momentum * fraction,
             ..*self
         }
     }

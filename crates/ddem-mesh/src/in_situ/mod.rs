@@ -79,10 +79,10 @@ impl InSitu {
 
     /// Initial stress of each block that has not been removed.
     pub fn without(self, geometry: &Geometry) -> Vec<Option<Stress>> {
-        let there = |(block, stress): (usize, Option<Stress>)| {
+        let of_block = |(block, stress): (usize, Option<Stress>)| {
             stress.filter(|_| !geometry.is_removed(block))
         };
-        self.blocks.into_iter().enumerate().map(there).collect()
+        self.blocks.into_iter().enumerate().map(of_block).collect()
     }
 
     /// Initial stress of a block, if it has one.
@@ -99,7 +99,7 @@ impl InSitu {
         offset: usize,
     ) -> Option<InSituLattice<'_>> {
         let field = self.fields.get(self.of_pack[pack][offset] as usize)?;
-        Some(InSituLattice { field, dims: packs.shape_of(&packs.packs[pack]).dims(offset) })
+        Some(InSituLattice { field, dims: packs.numbering_of(&packs.packs[pack]).dims(offset) })
     }
 
     /// Memory in use `[bytes]`.
@@ -134,9 +134,9 @@ impl InSitu {
         if table == NO_TABLE || (pack.rigid && offset != 0) {
             return None;
         }
-        let shape = packs.shape_of(pack);
-        let dims = shape.dims(offset);
-        let nodes = if offset == 0 { shape.nodes } else { shape.joints[offset].len() };
+        let numbering = packs.numbering_of(pack);
+        let dims = numbering.dims(offset);
+        let nodes = if offset == 0 { numbering.nodes } else { numbering.joints[offset].len() };
         let mut field = InitialForces {
             forces: vec![Lanes::ZERO; 3 * nodes],
             energy: Lanes::ZERO,
@@ -172,13 +172,13 @@ impl InSitu {
         let d = section.direction();
         let pack = &packs.packs[index];
         let block = pack.blocks[lane] as usize;
-        let node_pairs = &packs.shape_of(pack).pairs[d];
+        let node_pairs = &packs.numbering_of(pack).pairs[d];
         let mut tractions = vec![Vec3::zeros(); node_pairs.len()];
         let stress =
             self.around(geometry, block, 1 << d).filter(|_| section.joints[lane] != NO_JOINT);
         let Some(stress) = stress else { return tractions };
         let nodes = positions(geometry, packs, pack, lane, 1 << d);
-        let dims = packs.shape_of(pack).dims(1 << d);
+        let dims = packs.numbering_of(pack).dims(1 << d);
         let mut corners = vec![Vec::with_capacity(4); dims.iter().product()];
         for node_pair in node_pairs {
             let middle = (nodes[node_pair.sides[0]] + nodes[node_pair.sides[1]]) * 0.5;
@@ -191,8 +191,9 @@ impl InSitu {
                 let centre = corners[e].iter().sum::<Vec3>() / 4.0;
                 // ∫ N σ dA is a quarter of the element's area times σ at a third of the way from
                 // its centre to the pair.
-                let there = centre + (middle - centre) / 3.0;
-                *traction += section.axes.tr_mul(&(stress.at(&there) * normal)) * node_pair.share();
+                let point = centre + (middle - centre) / 3.0;
+                *traction +=
+                    section.axes.tr_mul(&(stress.at(&point) * normal)) * node_pair.inverse_count();
             }
         }
         tractions
@@ -208,20 +209,20 @@ fn positions(
     offset: usize,
 ) -> Vec<Vec3> {
     let block = pack.blocks[lane] as usize;
-    let shape = packs.shape_of(pack);
-    let n = shape.divisions + 1;
+    let numbering = packs.numbering_of(pack);
+    let n = numbering.divisions + 1;
     let at = |block: usize, local: usize| {
         geometry.position(block, [local % n, local / n % n, local / (n * n)])
     };
     if offset == 0 {
-        return (0..shape.nodes).map(|local| at(block, local)).collect();
+        return (0..numbering.nodes).map(|local| at(block, local)).collect();
     }
-    let nodes = shape.joints[offset].iter();
-    let there = |part: usize| {
+    let nodes = numbering.joints[offset].iter();
+    let block_of = |part: usize| {
         let step = [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));
         geometry.neighbour(block, step).unwrap_or(block)
     };
-    nodes.map(|node| at(there(node.offset), node.local)).collect()
+    nodes.map(|node| at(block_of(node.offset), node.local)).collect()
 }
 
 /// Number of a corner of element `[i, j, k]` among the nodes of a lattice.

@@ -100,9 +100,9 @@ impl ActiveBoundaries {
         let here = || boundaries.list.iter().enumerate().filter(|(_, b)| b.in_force.has(stage));
         let mut sums: BTreeMap<u32, Resistance> = BTreeMap::new();
         // Removed blocks have no dashpots.
-        let there = |node: u32| !geometries.now.is_removed(geometries.now.block_of(node as usize));
+        let exists = |node: u32| !geometries.now.is_removed(geometries.now.block_of(node as usize));
         let dashpots = here().flat_map(|(_, boundary)| &boundary.dashpots);
-        for (node, resistance) in dashpots.filter(|(node, _)| there(*node)) {
+        for (node, resistance) in dashpots.filter(|(node, _)| exists(*node)) {
             *sums.entry(*node).or_insert_with(Resistance::zeros) += resistance;
         }
         let mut dashpots: Vec<(usize, Dashpot)> = Vec::with_capacity(sums.len());
@@ -181,10 +181,10 @@ impl ActiveBoundaries {
             boundary_forces[wave.dashpot].wave += wave.force * factors[wave.boundary];
         }
         for &[boundary, side, dashpot] in &self.sides {
-            let push = columns.force_on(&boundaries.list[boundary].sides[side]);
+            let force = columns.force_on(&boundaries.list[boundary].sides[side]);
             let sum = &mut boundary_forces[dashpot];
-            sum.force += push.force;
-            sum.wave += push.wave;
+            sum.force += force.force;
+            sum.wave += force.wave;
         }
     }
 
@@ -194,8 +194,8 @@ impl ActiveBoundaries {
         boundary: &ModelBoundary,
     ) -> HeldNodes {
         let mut blocks: BTreeMap<usize, BTreeSet<u32>> = BTreeMap::new();
-        let there = |node: &u32| self.by_node.contains_key(node);
-        for (node, _) in boundary.dashpots.iter().filter(|(node, _)| there(node)) {
+        let exists = |node: &u32| self.by_node.contains_key(node);
+        for (node, _) in boundary.dashpots.iter().filter(|(node, _)| exists(node)) {
             let block = geometries.now.block_of(*node as usize);
             blocks.entry(block).or_default().insert(*node);
         }

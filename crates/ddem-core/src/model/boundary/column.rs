@@ -14,7 +14,7 @@ use ddem_mechanics::law::SpringStiffness;
 use ddem_mechanics::math::leapfrog::{coefficients, local_damping};
 use ddem_mesh::properties::Properties;
 use ddem_mesh::slot::NodeSlot;
-use ddem_mesh::{BlockFace, Geometry, Strip, Vec3, moved_to};
+use ddem_mesh::{BlockFace, Geometry, TributaryLengths, Vec3, moved_to};
 
 /// Segment between two levels: traction per difference of displacements `[Pa/m]`.
 #[derive(Clone, Copy, Debug)]
@@ -80,7 +80,7 @@ pub(crate) struct ColumnStep<'a> {
     /// h, the time between the half steps before and after `[s]`.
     pub(crate) interval: f64,
     /// Part θ of the velocity change that leads to the present time.
-    pub(crate) part: f64,
+    pub(crate) fraction: f64,
     /// α of local damping.
     pub(crate) local: f64,
     /// β of damping by the stiffness of the blocks `[s]`.
@@ -102,7 +102,7 @@ impl ColumnMotion {
         }
     }
 
-    /// Force of a column on a side node, without the drag on the node's own velocity.
+    /// Force of a column on a side node, without the dashpot force on the node's own velocity.
     pub(super) fn force_on(&self, side: &SideNode) -> BoundaryForce {
         let n = side.outward;
         let traction = |s: Vec3| Vec3::new(s.z * n.x, s.z * n.y, s.x * n.x + s.y * n.y);
@@ -154,7 +154,7 @@ impl Column {
                 let free = a * now + b * force;
                 let ahead = active.held[i][k].map_or(free, |fix| step.velocities[fix][k]);
                 motion.ahead[at][k] = ahead;
-                motion.mean[at][k] = now * (1.0 - step.part) + ahead * step.part;
+                motion.mean[at][k] = now * (1.0 - step.fraction) + ahead * step.fraction;
             }
         }
     }
@@ -203,7 +203,11 @@ impl<'a> ColumnBuilder<'a> {
     }
 
     /// Adds the columns behind the nodes of a face, given with their strips.
-    pub fn add_columns(&mut self, face: &BlockFace, strips: Vec<Strip>) -> Result<(), NoColumn> {
+    pub fn add_columns(
+        &mut self,
+        face: &BlockFace,
+        strips: Vec<TributaryLengths>,
+    ) -> Result<(), NoColumn> {
         let geometry = self.geometry;
         let block = face.block;
         let upright = self.upright(face)?;
@@ -261,7 +265,7 @@ impl<'a> ColumnBuilder<'a> {
         if let Some(&column) = self.by_base.get(&on(block, 0)) {
             return Ok(column);
         }
-        let goes_on =
+        let continues =
             |block: usize, up: bool| geometry.nonconforming(block, upwards(up).number()).is_some();
         let (base, lowest) = (on(block, 0), self.rock(block));
         let levels = |block: usize| (0..=n).map(move |level| (block, level));
@@ -269,7 +273,7 @@ impl<'a> ColumnBuilder<'a> {
         let nodes: Vec<u32> =
             blocks.iter().flat_map(|&block| levels(block)).map(|(b, level)| on(b, level)).collect();
         let top = blocks.last().copied().unwrap_or(block);
-        if goes_on(block, false) || goes_on(top, true) {
+        if continues(block, false) || continues(top, true) {
             return Err(NoColumn::Unmatched);
         }
         let column = Column::new(nodes, segments, &lowest, *self.first);

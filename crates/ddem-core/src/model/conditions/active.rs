@@ -55,8 +55,8 @@ struct NodeSlots<'a> {
 impl NodeSlots<'_> {
     /// Storage of a node; `None` if its block has been removed.
     fn of(&self, node: u32) -> Option<NodeSlot> {
-        let there = !self.geometry.is_removed(self.geometry.block_of(node as usize));
-        there.then(|| self.packs.node_slot(self.geometry, node as usize))
+        let exists = !self.geometry.is_removed(self.geometry.block_of(node as usize));
+        exists.then(|| self.packs.node_slot(self.geometry, node as usize))
     }
 
     /// Supports of a stage with their packs, sorted. The later one of two supports of a degree of

@@ -29,8 +29,8 @@ pub(super) fn stages(model: &Model, state: &State, run: &RunState) -> Checked {
     let &State { stage, stage_entry, .. } = state;
     let runs = stage < model.n_stages();
     expect(runs && state.stage_starts.len() == stage + 1, "there is no such stage")?;
-    let stage_entry = stage_entry.map(|entry| [Some(entry.left), Some(entry.first)]);
-    let relaxation = run.relaxation.as_ref().map(|state| [Some(state.left), state.driven]);
+    let stage_entry = stage_entry.map(|entry| [Some(entry.from_stage), Some(entry.first)]);
+    let relaxation = run.relaxation.as_ref().map(|state| [Some(state.from_stage), state.driven]);
     let mut known = stage_entry.into_iter().chain(relaxation).flatten().flatten();
     expect(known.all(|known| known <= stage + 1), "it comes from no such stage")?;
     let released = state.released.keys().copied();
@@ -75,7 +75,7 @@ pub(super) fn state(model: &Model, state: &State) -> Checked {
         "forces are on nodes that are not there",
     )?;
     let columns = state.columns.len() == model.boundaries.column_nodes();
-    let gas = state.shells.len() == model.conditions.n_shells();
+    let gas = state.gas_surfaces.len() == model.conditions.n_gas_surfaces();
     expect(columns && gas, "its columns or charges are more or fewer")?;
     peaks(model, &state.peaks)?;
     let diverged = !u.iter().chain(v).all(|lanes| lanes.0.iter().all(|x| x.is_finite()));
@@ -107,16 +107,16 @@ fn broken_joints(model: &Model, broken_joints: &BrokenJoints) -> Checked {
     let packs = &model.packs;
     expect(broken_joints.packs.len() == packs.packs.len(), "its joints are more or fewer")?;
     for (index, lattices) in broken_joints.packs.iter().enumerate() {
-        let shape = packs.shape_of(&packs.packs[index]);
+        let numbering = packs.numbering_of(&packs.packs[index]);
         for (offset, broken) in lattices.iter().flat_map(|lattices| lattices.iter().enumerate()) {
             let Some(broken) = broken else { continue };
             let d = offset.is_power_of_two().then(|| offset.trailing_zeros() as usize);
             let section = d.is_some_and(|d| model.sections.get(index, d).is_some());
-            let there = section || model.assembly.pack_tables[index][offset] != NO_TABLE;
-            let pairs = d.map_or(0, |d| shape.pairs[d].len());
+            let exists = section || model.assembly.pack_tables[index][offset] != NO_TABLE;
+            let pairs = d.map_or(0, |d| numbering.pairs[d].len());
             let matches =
-                offset > 0 && broken.is_consistent(shape.dims(offset).iter().product(), pairs);
-            expect(there && matches, "joints are broken that are not there")?;
+                offset > 0 && broken.is_consistent(numbering.dims(offset).iter().product(), pairs);
+            expect(exists && matches, "joints are broken that are not there")?;
         }
     }
     Ok(())
@@ -149,13 +149,13 @@ fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
 /// run.
 fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
     let CombinedSurface {
-        surface,
+        thickness,
         stiffness: SpringStiffness { normal, shear },
         friction,
         dashpot,
-    } = patch.both;
+    } = patch.surface;
     let sizes = [f64::from(patch.limit), normal, shear].iter().all(|&size| size > 0.0);
-    let rest = [surface, dashpot, patch.energy_reserve].iter().all(|&x| x >= 0.0)
+    let rest = [thickness, dashpot, patch.energy_reserve].iter().all(|&x| x >= 0.0)
         && friction.is_sound(&model.laws);
     let faces = patch.faces.iter().all(|&face| face < 6) && patch.reference < 2;
     let on = |(&block, SurfacePoint { element, on }): (&u32, &SurfacePoint)| {
@@ -171,13 +171,16 @@ fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
 
 /// True if all numbers of a patch are finite and its axes are unit vectors.
 fn is_finite(patch: &Patch) -> bool {
-    let CombinedSurface { surface, stiffness: SpringStiffness { normal, shear }, dashpot, .. } =
-        patch.both;
-    let seen = patch.seen.map(|axis| axis.map(f64::from));
-    let axes = patch.axes.iter().chain(&seen);
-    let of_both = [surface, normal, shear, dashpot];
-    let numbers = patch.apart.iter().chain(&of_both);
-    let point = |&ContactPoint { pair: JointPoint { area, origin, state, .. }, slid, .. }: &_| {
+    let CombinedSurface {
+        thickness, stiffness: SpringStiffness { normal, shear }, dashpot, ..
+    } = patch.surface;
+    let other_axes = patch.axes_in_other.map(|axis| axis.map(f64::from));
+    let axes = patch.axes.iter().chain(&other_axes);
+    let of_surface = [thickness, normal, shear, dashpot];
+    let numbers = patch.relative_position.iter().chain(&of_surface);
+    let point = |&ContactPoint {
+                     pair: JointPoint { area, origin, state, .. }, slip_path, ..
+                 }: &_| {
         let PointState {
             slip,
             dilation,
@@ -185,13 +188,23 @@ fn is_finite(patch: &Patch) -> bool {
             damage,
             gap,
             traction,
-            drag,
-            account,
+            added_tractions,
+            energy_excess,
             equilibrium,
         } = state;
-        let held =
-            [area, slip.x, slip.y, gap, account, slid, traction.normal, damage, applied_dilation];
-        let more = [traction.shear.x, traction.shear.y, dilation, drag[0], drag[1]];
+        let held = [
+            area,
+            slip.x,
+            slip.y,
+            gap,
+            energy_excess,
+            slip_path,
+            traction.normal,
+            damage,
+            applied_dilation,
+        ];
+        let more =
+            [traction.shear.x, traction.shear.y, dilation, added_tractions[0], added_tractions[1]];
         let equilibrium = equilibrium.map(|s| [s.slip.x, s.slip.y, s.dilation, s.damage, s.gap]);
         let all = held.iter().chain(&more).chain(&origin).chain(equilibrium.iter().flatten());
         all.into_iter().all(|x| x.is_finite())

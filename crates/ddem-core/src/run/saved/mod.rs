@@ -106,7 +106,7 @@ fn counts(model: &Model) -> [(&'static str, usize); 9] {
         ("pairs of points at joints", model.n_pairs()),
         ("stages", model.n_stages()),
         ("factors of loads", model.conditions.n_factors()),
-        ("shells of charges", model.conditions.n_shells()),
+        ("gas surfaces of charges", model.conditions.n_gas_surfaces()),
         ("levels of free-field columns", model.boundaries.column_nodes()),
     ]
 }

@@ -29,7 +29,7 @@ use ddem_mesh::pack::Neighbours;
 
 pub(crate) use contact_masses::ContactMasses;
 use coupling::{across, inverse_row};
-pub(crate) use turning::has_turned;
+pub(crate) use turning::has_rotated;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
 #[derive(Clone, Copy, Debug)]
@@ -107,7 +107,7 @@ pub(crate) struct Preconditioner {
     /// same cell, 1: the one above, 2: the one below).
     beside: Vec<[Neighbours; 27]>,
     /// Frames of the packs, if masses rotate with them.
-    pub(crate) turned: Vec<Frame>,
+    pub(crate) frames: Vec<Frame>,
 }
 
 impl Preconditioner {
@@ -192,7 +192,7 @@ impl InverseMassRows {
     fn new(around: MassContext<'_>, index: usize) -> Result<Self, RunError> {
         let model = around.model;
         let pack = &model.packs.packs[index];
-        let n = model.packs.shape_of(pack).divisions;
+        let n = model.packs.numbering_of(pack).divisions;
         let mut mass = Self { start: vec![0], ..Self::default() };
         let steps =
             (0..=n).flat_map(|k| (0..=n).flat_map(move |j| (0..=n).map(move |i| [i, j, k])));
@@ -240,11 +240,11 @@ pub(super) fn accelerations<S: Simd>(
         let inverses = &preconditioner.rigid[pack.rigid_start];
         return rigid::accelerations(model, poses, inverses, index, f, out);
     }
-    if !preconditioner.turned.is_empty() {
+    if !preconditioner.frames.is_empty() {
         return turning::accelerations(
             simd,
             model,
-            &preconditioner.turned,
+            &preconditioner.frames,
             preconditioner,
             index,
             f,

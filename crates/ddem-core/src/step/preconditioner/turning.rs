@@ -18,7 +18,7 @@ use ddem_mesh::properties::JointProperties;
 
 /// Relative change of a stiffness by the rotation of blocks from which masses rotate with them. The
 /// limit of stability is a stiffness 1.1 times as large.
-const TURNED: f64 = 0.05;
+const ROTATED: f64 = 0.05;
 /// Assumed ratio of the normal to the shear stiffness of layers, accurate enough for masses.
 const LAYER: f64 = 4.0;
 
@@ -44,13 +44,13 @@ impl InverseMassRows {
     }
 }
 
-/// Computes `R M⁻¹ Rᵀ F` at the nodes of a pack of deformable blocks; `turned` are the frames of
+/// Computes `R M⁻¹ Rᵀ F` at the nodes of a pack of deformable blocks; `frames` are the frames of
 /// all packs.
 #[simd]
 pub(super) fn accelerations<S: Simd>(
     simd: S,
     model: &Model,
-    turned: &[Frame],
+    frames: &[Frame],
     preconditioner: &Preconditioner,
     index: usize,
     f: &[Lanes],
@@ -69,7 +69,7 @@ pub(super) fn accelerations<S: Simd>(
             let blocks = &preconditioner.beside[index][partner.beside];
             *place = std::array::from_fn(|lane| blocks.at(lane));
             let share = class.rotation_weights[row].load(simd);
-            let rotation = rotation(turned, place);
+            let rotation = rotation(frames, place);
             for (sum, row) in mean.iter_mut().zip(&rotation) {
                 *sum = add(*sum, scale(load(simd, row), share));
             }
@@ -109,11 +109,11 @@ fn zero_matrix<S: Simd>(simd: S) -> ddem_mechanics::math::lanes::Matrix<S> {
 
 /// Rotations of four blocks; zero for absent ones.
 #[inline(always)]
-fn rotation(turned: &[Frame], places: &[Option<(usize, usize)>; LANES]) -> [[Lanes; 3]; 3] {
+fn rotation(frames: &[Frame], places: &[Option<(usize, usize)>; LANES]) -> [[Lanes; 3]; 3] {
     let mut rotation = [[Lanes::ZERO; 3]; 3];
     for (lane, place) in places.iter().enumerate() {
         let Some((pack, from)) = *place else { continue };
-        for (row, other) in rotation.iter_mut().zip(&turned[pack].rotation) {
+        for (row, other) in rotation.iter_mut().zip(&frames[pack].rotation) {
             (0..3).for_each(|c| row[c].0[lane] = other[c].0[from]);
         }
     }
@@ -121,7 +121,7 @@ fn rotation(turned: &[Frame], places: &[Option<(usize, usize)>; LANES]) -> [[Lan
 }
 
 /// True if deformable blocks have rotated so far that the stiffness at their nodes has changed.
-pub(crate) fn has_turned(model: &Model, frames: &[Frame]) -> bool {
+pub(crate) fn has_rotated(model: &Model, frames: &[Frame]) -> bool {
     if !model.corotational() {
         return false;
     }
@@ -131,7 +131,7 @@ pub(crate) fn has_turned(model: &Model, frames: &[Frame]) -> bool {
     };
     let most = model.properties.joints.iter().map(ratio).fold(LAYER, f64::max);
     // This is sin²θ (k_n/k_s − 1) of a rotation by θ, whose trace is 1 + 2 cos θ.
-    let far = |cosine: f64| (1.0 - cosine * cosine) * (most - 1.0) > TURNED || cosine < 0.0;
+    let far = |cosine: f64| (1.0 - cosine * cosine) * (most - 1.0) > ROTATED || cosine < 0.0;
     model.packs.packs.iter().zip(frames).filter(|(pack, _)| !pack.rigid).any(|(pack, frame)| {
         let [[x, ..], [_, y, _], [.., z]] = &frame.rotation;
         (0..pack.filled).any(|lane| far(0.5 * (x.0[lane] + y.0[lane] + z.0[lane] - 1.0)))

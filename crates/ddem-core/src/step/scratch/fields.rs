@@ -15,7 +15,7 @@ use ddem_mechanics::rigid::Pose;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::parallel::{Split, cut, neighbour_force_start, node_start, rigid_start};
 
-/// Field of the second pass: a step changes it, a trial only reads it.
+/// Field of the second pass: a step changes it, an evaluation only reads it.
 #[derive(Debug)]
 pub(crate) enum Access<'a, T> {
     Write(&'a mut [T]),
@@ -30,7 +30,7 @@ impl<T> Access<'_, T> {
         }
     }
 
-    /// Mutable field in a step; `None` in a trial.
+    /// Mutable field in a step; `None` in an evaluation.
     pub(crate) fn get_mut(&mut self) -> Option<&mut [T]> {
         match self {
             Self::Write(field) => Some(field),
@@ -106,7 +106,7 @@ pub(crate) struct FirstPassPack<'a> {
 }
 
 /// Forces of the joints of a run of packs on neighbours.
-pub(crate) struct ForcesOnNeighbours<'a> {
+pub(crate) struct NeighbourForcesMut<'a> {
     /// First pack.
     pub(crate) first: usize,
     pub(crate) forces: &'a mut [Lanes],
@@ -121,7 +121,7 @@ pub(crate) struct SecondPass<'a> {
     pub(crate) blocks: BlockMotion<'a>,
     pub(super) sums: &'a mut [StepSums],
     pub(super) reactions: &'a mut [f64],
-    pub(super) drags: &'a mut [[f64; 3]],
+    pub(super) dashpot_forces: &'a mut [[f64; 3]],
 }
 
 /// Fields of one pack in the second pass.
@@ -134,12 +134,12 @@ pub(crate) struct PackFields<'a> {
     pub(crate) sums: &'a mut StepSums,
     pub(crate) reactions: &'a mut [f64],
     /// Forces of the boundary dashpots.
-    pub(crate) drags: &'a mut [[f64; 3]],
+    pub(crate) dashpot_forces: &'a mut [[f64; 3]],
     /// Loads; undefined unless `loaded`.
     pub(crate) q: &'a mut [Lanes],
     pub(crate) loaded: bool,
     /// Working space for a nodal field.
-    pub(crate) room: &'a mut Vec<Lanes>,
+    pub(crate) buffer: &'a mut Vec<Lanes>,
 }
 
 impl PackFields<'_> {
@@ -190,7 +190,7 @@ impl PackJoints<'_> {
     pub(crate) fn pack<'b>(
         &'b mut self,
         forces: &'b mut PackForces<'_>,
-        on_neighbours: &'b mut ForcesOnNeighbours<'_>,
+        on_neighbours: &'b mut NeighbourForcesMut<'_>,
         packs: &Packs,
         index: usize,
     ) -> FirstPassPack<'b> {
@@ -224,8 +224,9 @@ impl SecondPass<'_> {
         let support = self.conditions.first_support(first);
         let supports = self.conditions.first_support(index) - support
             ..self.conditions.first_support(index + 1) - support;
-        let drag = self.boundaries.first(first);
-        let drags = self.boundaries.first(index) - drag..self.boundaries.first(index + 1) - drag;
+        let from = self.boundaries.first(first);
+        let dashpot_forces =
+            self.boundaries.first(index) - from..self.boundaries.first(index + 1) - from;
         let nodes = forces.nodes(packs, index);
         let spaces = &mut forces.workspaces[0];
         if spaces.q.len() < nodes.len() {
@@ -242,9 +243,9 @@ impl SecondPass<'_> {
             torque: &mut forces.torques[index - forces.first],
             sums: &mut self.sums[index - first],
             reactions: &mut self.reactions[supports],
-            drags: &mut self.drags[drags],
+            dashpot_forces: &mut self.dashpot_forces[dashpot_forces],
             loaded: false,
-            room: &mut spaces.room,
+            buffer: &mut spaces.buffer,
         }
     }
 }
@@ -318,7 +319,7 @@ impl Split for PackJoints<'_> {
     }
 }
 
-impl Split for ForcesOnNeighbours<'_> {
+impl Split for NeighbourForcesMut<'_> {
     fn split(mut self, packs: &Packs, first: usize, at: usize, _: usize) -> (Self, Self) {
         let forces = neighbour_force_start(packs, at) - neighbour_force_start(packs, first);
         let low = Self { first, forces: cut(&mut self.forces, forces) };
@@ -339,7 +340,10 @@ impl Split for SecondPass<'_> {
             blocks,
             sums: cut(&mut self.sums, at - first),
             reactions: cut(&mut self.reactions, supports),
-            drags: cut(&mut self.drags, boundaries.first(at) - boundaries.first(first)),
+            dashpot_forces: cut(
+                &mut self.dashpot_forces,
+                boundaries.first(at) - boundaries.first(first),
+            ),
         };
         (low, Self { first: at, ..self })
     }

@@ -29,7 +29,7 @@ use ddem_mesh::parallel::{each_pack, node_start, runs};
 
 use fields::BlockMotion;
 pub(crate) use fields::{
-    Access, FirstPassPack, ForcesOnNeighbours, PackFields, PackForces, PackJoints, Relaxing,
+    Access, FirstPassPack, NeighbourForcesMut, PackFields, PackForces, PackJoints, Relaxing,
     SecondPass,
 };
 
@@ -52,15 +52,15 @@ pub(crate) struct Scratch {
     /// Losses of the packs' joints in the last first pass.
     pub(super) losses: Vec<Losses>,
     /// Joints in the last measurement.
-    pub(crate) trial: BrokenJoints,
+    pub(crate) measured_joints: BrokenJoints,
     /// Contacts in the last measurement.
-    pub(crate) trial_contacts: Contacts,
+    pub(crate) measured_contacts: Contacts,
     /// Sums of the packs.
     pub(crate) sums: Vec<StepSums>,
     /// Reactions of the active supports `[N]`.
     pub(crate) reactions: Vec<f64>,
     /// Forces of the boundary dashpots `[N]`.
-    drags: Vec<[f64; 3]>,
+    dashpot_forces: Vec<[f64; 3]>,
     /// Runs of packs, one task each, with a working space each.
     runs: Vec<Range<usize>>,
     workspaces: Vec<TaskWorkspaces>,
@@ -70,7 +70,8 @@ pub(crate) struct Scratch {
     pub(crate) level: Level,
 }
 
-/// Displacements, velocities and poses of a state: a step changes them, a trial only reads them.
+/// Displacements, velocities and poses of a state: a step changes them, an evaluation only reads
+/// them.
 pub(super) struct StateMotion<'a> {
     pub(super) u: Access<'a, Lanes>,
     pub(super) v: Access<'a, Lanes>,
@@ -98,7 +99,7 @@ pub(crate) struct TaskWorkspaces {
     /// Forces on one pack, in a sweep.
     pub(super) f: Vec<Lanes>,
     /// Working space for a nodal field of one pack.
-    pub(super) room: Vec<Lanes>,
+    pub(super) buffer: Vec<Lanes>,
 }
 
 impl Scratch {
@@ -115,11 +116,11 @@ impl Scratch {
             frames: vec![Frame::REST; n],
             energies: vec![[Lanes::ZERO; 2]; n],
             losses: vec![Losses::default(); n],
-            trial: BrokenJoints::default(),
-            trial_contacts: Contacts::default(),
+            measured_joints: BrokenJoints::default(),
+            measured_contacts: Contacts::default(),
             sums: vec![StepSums::default(); n],
             reactions: Vec::new(),
-            drags: Vec::new(),
+            dashpot_forces: Vec::new(),
             workspaces: runs.iter().map(|_| TaskWorkspaces::default()).collect(),
             runs,
             slabs: None,
@@ -138,8 +139,8 @@ impl Scratch {
         lanes * size_of::<Lanes>()
             + self.frames.len() * size_of::<Frame>()
             + self.sums.len() * (size_of::<StepSums>() + size_of::<Losses>())
-            + self.trial.bytes()
-            + self.trial_contacts.bytes()
+            + self.measured_joints.bytes()
+            + self.measured_contacts.bytes()
     }
 
     /// Updates the frames to displacements that a step has not made.
@@ -218,7 +219,7 @@ impl Scratch {
             broken_joints: &mut broken_joints.packs,
             losses: &mut self.losses,
         };
-        let on_neighbours = ForcesOnNeighbours { first: 0, forces: &mut self.neighbour_forces };
+        let on_neighbours = NeighbourForcesMut { first: 0, forces: &mut self.neighbour_forces };
         ((forces, (joints, on_neighbours)), &self.frames, &self.runs)
     }
 
@@ -255,7 +256,7 @@ impl Scratch {
         self.has_viscous(viscous);
         let StageView { conditions, boundaries, .. } = view;
         self.reactions.resize(conditions.supports.len(), 0.0);
-        self.drags.resize(boundaries.dashpots.len(), [0.0; 3]);
+        self.dashpot_forces.resize(boundaries.dashpots.len(), [0.0; 3]);
         let StateMotion { u, v, poses } = motions;
         let frames = match u {
             Access::Write(_) => Access::Write(&mut self.frames[..]),
@@ -275,7 +276,7 @@ impl Scratch {
             blocks: BlockMotion { frames, u, v, poses },
             sums: &mut self.sums,
             reactions: &mut self.reactions,
-            drags: &mut self.drags,
+            dashpot_forces: &mut self.dashpot_forces,
         };
         let losses = &mut self.losses;
         let joints = PackJoints { first: 0, energies: &mut [], broken_joints, losses };

@@ -27,7 +27,7 @@ pub(super) struct Cavity {
     /// Volume by its cells `[m³]`.
     pub(super) volume: f64,
     /// Its shortest extent `[m]`.
-    pub(super) reach: f64,
+    pub(super) shortest_extent: f64,
     /// Numbers of selected walls and of all walls.
     pub(super) walls: [usize; 2],
     /// Area of the selected walls `[m²]`.
@@ -44,7 +44,7 @@ pub(super) enum CavityEnd {
     /// No neighbour: the cavity is open.
     Open,
     /// Cavity among blocks of the same set that are split differently.
-    GoesOn,
+    OtherCavity,
     /// Blocks of the same set that are split differently.
     Split,
     /// Blocks of another set.
@@ -141,9 +141,9 @@ impl CavityCells<'_> {
         let all = all.filter(|wall| face(self.lattice, *wall).is_some()).count();
         let walls = [own().count(), all];
         let area = own().map(|(_, surface)| surface.area(self.geometry)).sum();
-        let (volume, reach) = self.extent();
+        let (volume, shortest_extent) = self.extent();
         let ends = if mesh.is_closed() { Vec::new() } else { self.ends() };
-        Some(Cavity { mesh, volume, reach, walls, area, ends, within: self.within() })
+        Some(Cavity { mesh, volume, shortest_extent, walls, area, ends, within: self.within() })
     }
 
     /// Centres of the cell sides behind which the lattice has neither a block nor an empty cell,
@@ -196,7 +196,7 @@ impl CavityCells<'_> {
             let content = lattice.block[lattice.index(lattice.cell_at(x)?)];
             match content {
                 ELSEWHERE => None,
-                NONE => (lattice.set == set).then_some(CavityEnd::GoesOn),
+                NONE => (lattice.set == set).then_some(CavityEnd::OtherCavity),
                 _ if lattice.set == set => Some(CavityEnd::Split),
                 _ => Some(CavityEnd::Set(lattice.set)),
             }

@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use ddem_core::problem::Shell;
+use ddem_core::problem::GasSurface;
 use ddem_core::problem::{BlockFace, Geometry, Vec3};
 
 /// Surface under construction: polygons of nodes, oriented so that their normals point into the
@@ -70,23 +70,23 @@ impl SurfaceBuilder {
         self.polygons.iter().flatten().copied()
     }
 
-    /// Shell of a charge whose sorted nodes are `nodes`, at the positions `start`. `volume` is used
-    /// if the surface is not closed.
-    pub(super) fn shell(
+    /// Gas surface of a charge whose sorted nodes are `nodes`, at the positions `start`. `volume`
+    /// is used if the surface is not closed.
+    pub(super) fn gas_surface(
         &self,
         nodes: &[u32],
         start: &[Vec3],
-        (volume, reach): (f64, f64),
-    ) -> Shell {
+        (volume, venting_displacement): (f64, f64),
+    ) -> GasSurface {
         // `nodes` contains every node of the surface.
         let local = |node: &u32| nodes.partition_point(|before| before < node) as u32;
         let polygons = self.polygons.iter().map(|corners| corners.iter().map(local).collect());
         let wall = |wall: &BTreeSet<u32>| wall.iter().map(local).collect();
         let walls = self.walls.iter().map(wall).collect();
-        let mut shell = Shell::new(polygons, walls, volume, reach);
+        let mut surface = GasSurface::new(polygons, walls, volume, venting_displacement);
         if self.is_closed() {
-            shell.volume = shell.enclosed(start);
+            surface.volume = surface.enclosed(start);
         }
-        shell
+        surface
     }
 }

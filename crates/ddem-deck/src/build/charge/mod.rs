@@ -16,7 +16,7 @@ use super::geometry::{Region, place};
 use crate::lint::Diagnostic;
 use crate::schema::{self, ChargeHistory, Deck};
 use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3};
-use ddem_core::problem::{ChargeSize, Gas, GasCharge, Shell};
+use ddem_core::problem::{ChargeSize, Gas, GasCharge, GasSurface};
 use ddem_core::{ErrorCode, Fault};
 
 /// Charge of a deck entry, with its warnings.
@@ -33,8 +33,10 @@ pub(super) fn charge(
         area: cavities.iter().map(|cavity| cavity.area).sum(),
         ..ChargeSize::default()
     };
-    let mut parts: Vec<(SurfaceBuilder, f64, f64)> =
-        cavities.into_iter().map(|cavity| (cavity.mesh, cavity.volume, cavity.reach)).collect();
+    let mut parts: Vec<(SurfaceBuilder, f64, f64)> = cavities
+        .into_iter()
+        .map(|cavity| (cavity.mesh, cavity.volume, cavity.shortest_extent))
+        .collect();
     let in_cavity = !parts.is_empty();
     if !in_cavity {
         let near = holes.blocks_near(region);
@@ -55,52 +57,54 @@ pub(super) fn charge(
         geometry.position(block, at)
     };
     let start: Vec<Vec3> = nodes.iter().map(position).collect();
-    let shell = |(mesh, volume, reach): &(SurfaceBuilder, f64, f64)| {
-        mesh.shell(&nodes, &start, (*volume, *reach))
+    let surface = |(mesh, volume, venting_displacement): &(SurfaceBuilder, f64, f64)| {
+        mesh.gas_surface(&nodes, &start, (*volume, *venting_displacement))
     };
-    let shells: Vec<Shell> = parts.iter().map(shell).collect();
-    let mut charge = GasCharge { nodes, start, shells, pressure: 0.0, gas: None, size };
+    let surfaces: Vec<GasSurface> = parts.iter().map(surface).collect();
+    let mut charge = GasCharge { nodes, start, surfaces, pressure: 0.0, gas: None, size };
     warnings.extend(fill(&mut charge, index, &deck.charge[index], in_cavity)?);
-    let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.part(gas.start, 0.0));
+    let first = charge.pressure * charge.gas.map_or(1.0, |gas| gas.pressure_ratio(gas.start, 0.0));
     charge.size.pressure = first;
     charge.size.timed = matches!(deck.charge[index].history, Some(ChargeHistory::Given(_)));
-    let room = charge.size.volume;
-    warnings.extend(warnings::weak(index, charge.size.mass, room, first));
+    let volume = charge.size.volume;
+    warnings.extend(warnings::weak(index, charge.size.mass, volume, first));
     Ok((charge, warnings))
 }
 
-/// Sets the pressure of a charge, and its gas if it expands. Returns a warning about an explosive too large for its
-/// cavity.
+/// Sets the pressure of a charge, and its gas if it expands. Returns a warning about an explosive
+/// too large for its cavity.
 fn fill(
     charge: &mut GasCharge,
     index: usize,
     entry: &schema::Charge,
     in_cavity: bool,
 ) -> Result<Option<Diagnostic>, Fault> {
-    let room: f64 = charge.shells.iter().map(|shell| shell.volume).sum();
-    charge.size.volume = room;
+    let volume: f64 = charge.surfaces.iter().map(|surface| surface.volume).sum();
+    charge.size.volume = volume;
     let explosive = entry.explosive.as_ref().and_then(schema::Explosive::detonation);
     let gamma = entry.index().unwrap_or(1.0);
     if let (Some(mass), Some(explosive)) = (entry.mass, explosive) {
         let own = mass / explosive.density;
         (charge.size.mass, charge.size.density) = (Some(mass), Some(explosive.density));
-        let is_full = in_cavity && own > room * (1.0 + 1e-9);
-        let warning = is_full.then(|| warnings::full(index, own, room));
+        let is_full = in_cavity && own > volume * (1.0 + 1e-9);
+        let warning = is_full.then(|| warnings::full(index, own, volume));
         // An explosive in a joint starts from its own volume.
-        let start = if in_cavity { own.max(room) } else { own };
-        let gas = Gas { gamma, own, start, own_room: !in_cavity, given: false };
+        let start = if in_cavity { own.max(volume) } else { own };
+        let gas =
+            Gas { gamma, reference_volume: own, start, expands_in_joint: !in_cavity, given: false };
         let peak = explosive.pressure();
         (charge.pressure, charge.gas) = match entry.expands() {
             true => (peak, Some(gas)),
-            false => (peak * gas.part(start, 0.0), None),
+            false => (peak * gas.pressure_ratio(start, 0.0), None),
         };
         return Ok(warning);
     }
     charge.pressure = entry.pressure.unwrap_or(0.0);
     if entry.expands() {
         // Coinciding faces enclose a volume of rounding errors only.
-        let size: f64 = charge.shells.iter().map(|shell| shell.reach.powi(3)).sum();
-        if room <= 1e-9 * size {
+        let size: f64 =
+            charge.surfaces.iter().map(|surface| surface.venting_displacement.powi(3)).sum();
+        if volume <= 1e-9 * size {
             return Err(Fault::new(
                 ErrorCode::NotSupported,
                 format!("charge[{index}].history"),
@@ -108,7 +112,13 @@ fn fill(
             )
             .help("give `mass` and `explosive`, whose own volume it expands from"));
         }
-        charge.gas = Some(Gas { gamma, own: room, start: room, own_room: false, given: true });
+        charge.gas = Some(Gas {
+            gamma,
+            reference_volume: volume,
+            start: volume,
+            expands_in_joint: false,
+            given: true,
+        });
     }
     Ok(None)
 }
@@ -141,8 +151,8 @@ fn joint_surface(geometry: &Geometry, sides: &[BlockFace; 2]) -> (SurfaceBuilder
     for (p, q) in rim {
         mesh.add(vec![q, p, opposite(p), opposite(q)]);
     }
-    let reach = geometry.shortest_edge(a.block).min(geometry.shortest_edge(b.block));
-    (mesh, 0.0, reach)
+    let venting_displacement = geometry.shortest_edge(a.block).min(geometry.shortest_edge(b.block));
+    (mesh, 0.0, venting_displacement)
 }
 
 /// Fault of a charge that selects nothing; it names the nearest candidate.

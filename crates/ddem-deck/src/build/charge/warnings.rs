@@ -63,7 +63,7 @@ fn ended(index: usize, end: CavityEnd, at: Vec3, deck: &Deck) -> Diagnostic {
             );
             of_region(index, Code::OpenCavity, message)
         }
-        CavityEnd::GoesOn => {
+        CavityEnd::OtherCavity => {
             let message = format!(
                 "its cavity continues at {at} among blocks that `[[refine]]` splits in another way: the gas does \
                  not get there"

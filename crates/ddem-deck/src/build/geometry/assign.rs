@@ -89,11 +89,11 @@ pub(super) fn reassign(
         Err(faults) => return faults,
     };
     let pairs = pairs.into_iter().map(|(blocks, (joint, _))| (blocks, joint)).collect();
-    let [mut joined, apart] = nonconforming_joints(geometry, (deck, names, stage), sets, &pairs);
+    let [mut joined, unjoined] = nonconforming_joints(geometry, (deck, names, stage), sets, &pairs);
     // A run neither adds nor restores joints: blocks in contact stay in contact.
     joined.retain(|joint_pair| before.joint_of(joint_pair.blocks).is_some());
     geometry.join(joined);
-    geometry.apart = Arc::new(apart);
+    geometry.unjoined_faces = Arc::new(unjoined);
     let mut faults = unused_faults(geometry, deck, &unused, &region);
     faults.extend(changed(geometry, &before, (deck, names), stage));
     faults

@@ -81,7 +81,7 @@ fn of_set(set: usize, code: Code, message: String) -> Diagnostic {
 /// Warnings about sets whose gap is narrower than the thickness of their joint.
 fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
     let mut pairs: BTreeMap<(SetPair, u16), Vec<&NonconformingJoint>> = BTreeMap::new();
-    for joint in &*geometry.apart {
+    for joint in &*geometry.unjoined_faces {
         pairs.entry((sets(geometry, joint.blocks), joint.joint)).or_default().push(joint);
     }
     let warnings = pairs.into_iter().map(|((sets, joint), faces)| {
@@ -109,7 +109,8 @@ fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
     if deck.blocks.len() < 2 {
         return Vec::new();
     }
-    let all = geometry.joined().chain(&*geometry.apart).map(|joint_pair| joint_pair.blocks);
+    let all =
+        geometry.joined().chain(&*geometry.unjoined_faces).map(|joint_pair| joint_pair.blocks);
     let known: BTreeSet<SetPair> = all
         .chain(TouchingFaces(geometry).unjoined())
         .map(|blocks| sets(geometry, blocks))

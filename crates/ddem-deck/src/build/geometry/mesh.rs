@@ -72,11 +72,11 @@ pub(super) fn joints(geometry: &Geometry, deck: &Deck, names: &Names) -> Result<
 }
 
 /// Faults of joints between single pairs of faces that join nothing although both blocks exist.
-pub(super) fn apart(geometry: &Geometry, given: Given) -> Vec<Fault> {
-    let there = |block: &u32| (*block as usize) < geometry.blocks.len();
+pub(super) fn unmatched_joints(geometry: &Geometry, given: Given) -> Vec<Fault> {
+    let exists = |block: &u32| (*block as usize) < geometry.blocks.len();
     let alone = given
         .into_iter()
-        .filter(|(blocks, _)| blocks.iter().all(there) && geometry.joint_of(*blocks).is_none());
+        .filter(|(blocks, _)| blocks.iter().all(exists) && geometry.joint_of(*blocks).is_none());
     let mut places: Vec<String> = alone.map(|(_, (_, place))| place).collect();
     places.sort();
     let fault = |place: String| {

@@ -84,12 +84,12 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     geometry.touching = Arc::new(overlap::touching(&geometry.lattices));
     let given = mesh::joints(&geometry, deck, names)?;
     let pairs = given.iter().map(|(blocks, (joint, _))| (*blocks, *joint)).collect();
-    let [joined, apart] =
+    let [joined, unjoined] =
         touching::nonconforming_joints(&geometry, (deck, names, 0), &sets, &pairs);
     geometry.join(joined);
-    geometry.apart = Arc::new(apart);
+    geometry.unjoined_faces = Arc::new(unjoined);
     let mut faults = assign::unused_faults(&geometry, deck, &unused, &of);
-    faults.extend(mesh::apart(&geometry, given));
+    faults.extend(mesh::unmatched_joints(&geometry, given));
     if !faults.is_empty() {
         return Err(faults);
     }

@@ -8,7 +8,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Orientation of planes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Facing {
+pub(super) struct OrientationFilter {
     /// Angle below the horizontal `[rad]`.
     dip: f64,
     /// Unit normal; `None` if planes may dip in any direction.
@@ -17,7 +17,7 @@ pub(super) struct Facing {
     within: f64,
 }
 
-impl Facing {
+impl OrientationFilter {
     pub(super) fn new(region: &Where) -> Option<Self> {
         let dip = region.dip?;
         let direction = if dip == 0.0 { Some(0.0) } else { region.dip_direction };

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::orientation::Facing;
+use super::orientation::OrientationFilter;
 use super::sets;
 use super::solid::Solid;
 use super::terrain::Terrain;
@@ -44,14 +44,14 @@ pub(crate) struct Region {
     /// Planes; a selected point lies on all of them.
     pub(super) planes: Vec<PlaneEquation>,
     /// Bounds of half-spaces; a selected point is not on the side to which their normals point.
-    pub(super) slopes: Vec<PlaneEquation>,
+    pub(super) half_spaces: Vec<PlaneEquation>,
     pub(super) sphere: Option<(Vec3, f64)>,
     /// Centres of the ends, and radius.
     pub(super) cylinder: Option<([Vec3; 2], f64)>,
     pub(super) solid: Option<Arc<Solid>>,
     /// Topographies, each with true if the space above it is selected.
     pub(super) terrains: Vec<(Terrain, bool)>,
-    pub(super) facing: Option<Facing>,
+    pub(super) facing: Option<OrientationFilter>,
     pub(super) set: Option<usize>,
     /// 1e-6 of the region's size along each axis `[m]`.
     pub(crate) tolerance: [f64; 3],
@@ -64,12 +64,12 @@ impl Region {
         let mut made = Self {
             ranges: [None; 3],
             planes: Vec::new(),
-            slopes: Vec::new(),
+            half_spaces: Vec::new(),
             sphere: region.sphere.map(|s| (Vec3::from(s.centre), s.radius)),
             cylinder: region.cylinder.map(|c| ([c.from, c.to].map(Vec3::from), c.radius)),
             solid: None,
             terrains: Vec::new(),
-            facing: Facing::new(region),
+            facing: OrientationFilter::new(region),
             set: region.set.as_deref().and_then(named),
             // A flat region still has a size: a small fraction of its longest side.
             tolerance: [0, 1, 2].map(|k| 1e-6 * size[k].max(1e-3 * size.max())),
@@ -122,7 +122,7 @@ impl Region {
                 && self.ranges[axis].is_none()
         };
         let Some(axis) = flat.axis().filter(|&axis| !on_plane(axis)) else {
-            self.slopes.push(PlaneEquation {
+            self.half_spaces.push(PlaneEquation {
                 normal: flat.normal * out,
                 at: flat.at * out,
                 ..flat
@@ -216,7 +216,10 @@ impl Region {
     /// True if a point lies in all shapes except the topographies.
     fn in_firm_shapes(&self, x: &Vec3) -> bool {
         self.beyond_round(x) <= self.clear()
-            && self.slopes.iter().all(|slope| slope.signed_distance(x) <= slope.tolerance)
+            && self
+                .half_spaces
+                .iter()
+                .all(|half_space| half_space.signed_distance(x) <= half_space.tolerance)
             && self.solid.as_ref().is_none_or(|solid| solid.contains(x))
     }
 
@@ -246,13 +249,13 @@ impl Region {
     /// Largest distance of a point from the shapes `[m]`, 0 inside. For a closed surface it is the
     /// distance from its box.
     pub(super) fn beyond_shapes(&self, x: &Vec3) -> f64 {
-        let slopes = self.slopes.iter().map(|slope| slope.signed_distance(x));
+        let half_spaces = self.half_spaces.iter().map(|half_space| half_space.signed_distance(x));
         let solid = self.solid.iter().map(|solid| solid.outside_box(x));
         let terrains = self.terrains.iter().map(|(terrain, above)| {
             let height = terrain.height(x, self.clear()).unwrap_or(x.z);
             if *above { height - x.z } else { x.z - height }
         });
-        slopes.chain(solid).chain(terrains).fold(self.beyond_round(x), f64::max)
+        half_spaces.chain(solid).chain(terrains).fold(self.beyond_round(x), f64::max)
     }
 }
 

@@ -9,7 +9,7 @@
 
 use super::Region;
 use super::touching::TouchingFaces;
-use ddem_core::problem::{BlockFace, FaceId, Geometry, Strip, Vec3};
+use ddem_core::problem::{BlockFace, FaceId, Geometry, TributaryLengths, Vec3};
 
 impl Region {
     /// True if a node is selected: it is in the ranges, and each plane contains it or lies in a gap
@@ -165,16 +165,27 @@ impl Region {
     fn along(&self, line: &Vec3) -> Self {
         let ranges = [0, 1, 2].map(|k| self.ranges[k].filter(|_| line[k].abs() < 1e-9));
         let Self { planes, facing, set, tolerance, .. } = self.clone();
-        let (slopes, terrains) = (Vec::new(), Vec::new());
+        let (half_spaces, terrains) = (Vec::new(), Vec::new());
         let (sphere, cylinder, solid) = (None, None, None);
-        Self { ranges, planes, slopes, sphere, cylinder, solid, terrains, facing, set, tolerance }
+        Self {
+            ranges,
+            planes,
+            half_spaces,
+            sphere,
+            cylinder,
+            solid,
+            terrains,
+            facing,
+            set,
+            tolerance,
+        }
     }
 
     /// True if a range ends inside a face whose edges both have a component along its axis. The
     /// selected part is then not a product of two lengths.
     pub(crate) fn cuts_askew(&self, geometry: &Geometry, face: &BlockFace) -> bool {
         let lattice = geometry.lattice(face.block);
-        let corners = face.reach(geometry);
+        let corners = face.extended_corners(geometry);
         (0..3).any(|axis| {
             let along = |d: usize| d != face.direction() && lattice.axes[d][axis].abs() > 1e-9;
             let ends_inside = self.range(axis).is_some_and(|[from, to]| {
@@ -210,7 +221,7 @@ impl Region {
                 if corners.iter().all(|x| self.on_planes(x))
                     && self.faces(&face.outward(geometry))
                     && self.in_shapes(&face.centre(geometry))
-                    && self.ranges_meet(&face.reach(geometry))
+                    && self.ranges_meet(&face.extended_corners(geometry))
                     && wanted(&face)
                 {
                     surfaces.push(face);
@@ -232,24 +243,25 @@ impl Region {
     /// Tributary area of each node of a surface `[m²]`: half of each neighbouring element and, if
     /// the next block has its face in the same plane, half of each neighbouring gap.
     pub(crate) fn areas(&self, geometry: &Geometry, face: &BlockFace) -> Vec<(u32, f64)> {
-        let area = |(node, slant, [e, f]): Strip| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
+        let area =
+            |(node, slant, [e, f]): TributaryLengths| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
         self.strips(geometry, face).into_iter().map(area).collect()
     }
 
     /// Lengths whose products are the tributary areas.
-    pub(crate) fn strips(&self, geometry: &Geometry, face: &BlockFace) -> Vec<Strip> {
+    pub(crate) fn strips(&self, geometry: &Geometry, face: &BlockFace) -> Vec<TributaryLengths> {
         let BlockFace { block, face } = *face;
         let normal = face.direction;
         let lattice = geometry.lattice(block);
         let (e, f) = ((normal + 1) % 3, (normal + 2) % 3);
         let slant = lattice.axes[e].cross(&lattice.axes[f]).norm();
-        let goes_on = |other: usize| BlockFace { block: other, face }.is_outer(geometry);
+        let is_outer = |other: usize| BlockFace { block: other, face }.is_outer(geometry);
         let topology = geometry.topology(block);
         let mut strips = Vec::new();
         for (j, i) in topology.lines().flat_map(|j| topology.lines().map(move |i| (j, i))) {
             let at = topology.on_face(face, [i, j]);
             let length =
-                |d: usize| [-1, 1].map(|s| self.hat(geometry, block, at, (d, s), &goes_on));
+                |d: usize| [-1, 1].map(|s| self.hat(geometry, block, at, (d, s), &is_outer));
             let (along_e, along_f) = (length(e), length(f));
             let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
             if area > 0.0 {

@@ -20,8 +20,8 @@ pub struct Selection {
     pub blocks: usize,
     /// Volume of their cells, including half of the surrounding joints `[m³]`.
     pub volume: f64,
-    /// Name of the shape: sphere, cylinder, surface, half-space, topography, box, or region for several
-    /// of them.
+    /// Name of the shape: sphere, cylinder, surface, half-space, topography, box, or region for
+    /// several of them.
     pub shape: &'static str,
     /// Volume of the shape `[m³]`, of cylinders and half-spaces only within the sets of blocks;
     /// `None` if unknown.
@@ -94,7 +94,7 @@ impl Region {
             (self.sphere.is_some(), "sphere"),
             (self.cylinder.is_some(), "cylinder"),
             (self.solid.is_some(), "surface"),
-            (!self.slopes.is_empty(), "half-space"),
+            (!self.half_spaces.is_empty(), "half-space"),
             (!self.terrains.is_empty(), "topography"),
         ];
         let mut there = shapes.into_iter().filter(|(there, _)| *there).map(|(_, name)| name);
@@ -112,12 +112,12 @@ impl Region {
         }
         let ranges = || self.ranges.iter().any(Option::is_some);
         match (self.sphere, self.cylinder, &self.solid) {
-            (Some((centre, radius)), None, None) if self.slopes.is_empty() && !ranges() => {
+            (Some((centre, radius)), None, None) if self.half_spaces.is_empty() && !ranges() => {
                 let [low, high] = [-radius, radius].map(|r| centre.add_scalar(r));
                 let volume = 4.0 / 3.0 * std::f64::consts::PI * radius.powi(3);
                 Some((volume, self.sticks_out([low, high], sets)))
             }
-            (None, None, Some(solid)) if self.slopes.is_empty() && !ranges() => {
+            (None, None, Some(solid)) if self.half_spaces.is_empty() && !ranges() => {
                 Some((solid.volume()?, self.sticks_out(solid.bounds(), sets)))
             }
             (None, cylinder, None) => Some((self.flat_parts(cylinder, sets), false)),
@@ -143,8 +143,10 @@ impl Region {
                 PlaneEquation { normal, at: to, tolerance: 0.0 },
             ]
         });
-        let flats: Vec<PlaneEquation> =
-            ends.filter(|flat| flat.at.is_finite()).chain(self.slopes.iter().copied()).collect();
+        let flats: Vec<PlaneEquation> = ends
+            .filter(|flat| flat.at.is_finite())
+            .chain(self.half_spaces.iter().copied())
+            .collect();
         let sets = sets.list.iter().enumerate().filter(|(set, _)| self.has_set(*set));
         let part = |set: &Set| match cylinder {
             Some((ends, radius)) => {

@@ -37,7 +37,7 @@ pub(in crate::build) fn stages(
             let mut after = before.clone();
             after.remove(&blocks);
             if stage == 0 {
-                after.forget_removed();
+                after.clear_removed();
             }
             if (0..after.blocks.len()).all(|block| after.is_removed(block)) {
                 let message = "all blocks are removed";

@@ -46,8 +46,8 @@ pub(super) fn nonconforming_joints(
         faces.find_map(|faces| touching.abut(faces, &rules))
     };
     let near = touching.near(thickest).into_iter().filter(other).filter_map(abut);
-    let (joined, apart): (Vec<_>, Vec<_>) = near.partition(|(_, joined)| *joined);
-    [joined, apart].map(|all| all.into_iter().map(|(joint_pair, _)| joint_pair).collect())
+    let (joined, unjoined): (Vec<_>, Vec<_>) = near.partition(|(_, joined)| *joined);
+    [joined, unjoined].map(|all| all.into_iter().map(|(joint_pair, _)| joint_pair).collect())
 }
 
 /// Rules that give faces of two lattices their joints.

@@ -1,14 +1,14 @@
-//! Present state of the joints: one view of conforming and nonconforming joints.
+//! Present states of the joints: one view of conforming and nonconforming joints.
 
 use super::Model;
 use super::pairs::BlockJoint;
 use ddem_joint::broken::{BrokenJoints, BrokenLattice};
 use ddem_joint::contact::{ContactPoint, Contacts, JointStatus};
-use ddem_joint::point::{JointPoint, turned};
+use ddem_joint::point::{JointPoint, has_rotated};
 use ddem_mechanics::law::JointLaw;
 
-/// Damage of a joint at one time.
-pub(crate) struct Damage<'a> {
+/// State of a joint at one time.
+pub(crate) struct JointState<'a> {
     /// Its two blocks.
     pub(crate) blocks: [usize; 2],
     /// Its law; `None` if it never fails.
@@ -24,7 +24,7 @@ pub(crate) struct Damage<'a> {
 /// Storage of a joint's pairs.
 enum JointPairs<'a> {
     /// The joint is absent.
-    Nowhere,
+    Absent,
     /// The joint consists of elements only.
     Elements,
     /// A lane of a lattice with springs.
@@ -36,13 +36,13 @@ enum JointPairs<'a> {
 }
 
 impl Model {
-    /// Damage of a joint, by its number.
-    pub(crate) fn damage<'a>(
+    /// State of a joint, by its number.
+    pub(crate) fn joint_state<'a>(
         &'a self,
         joint: usize,
         broken_joints: &'a BrokenJoints,
         contacts: &'a Contacts,
-    ) -> Damage<'a> {
+    ) -> JointState<'a> {
         let (points, law, spacing, released) = match self.joint(joint) {
             BlockJoint::Matching(face) => {
                 let d = usize::from(face.direction);
@@ -51,7 +51,7 @@ impl Model {
                 let points = match (section, broken_joints.get(pack, 1 << d)) {
                     (Some(_), Some(broken)) => JointPairs::Lane(broken, lane),
                     (Some(_), None) => JointPairs::Elements,
-                    (None, _) => JointPairs::Nowhere,
+                    (None, _) => JointPairs::Absent,
                 };
                 let stages = contacts.joints.get(face.a as usize);
                 let released = stages.is_some_and(|stages| stages[d] == JointStatus::Released);
@@ -70,32 +70,32 @@ impl Model {
                     (None, Some(ended)) => {
                         (JointPairs::Released(&ended.pairs), Some(ended.bond.law), spacing, true)
                     }
-                    (None, None) => (JointPairs::Nowhere, None, spacing, false),
+                    (None, None) => (JointPairs::Absent, None, spacing, false),
                 }
             }
         };
         let law = law.and_then(|law| self.laws.get(usize::from(law))?.as_deref());
         let (blocks, pairs) = (self.joint(joint).blocks(), self.pairs_of(joint).len());
-        Damage { blocks, law, pairs, points, spacing, released }
+        JointState { blocks, law, pairs, points, spacing, released }
     }
 
-    /// Damage of all joints between blocks that have not been removed.
-    pub(crate) fn damages<'a>(
+    /// States of all joints between blocks that have not been removed.
+    pub(crate) fn joint_states<'a>(
         &'a self,
         broken_joints: &'a BrokenJoints,
         contacts: &'a Contacts,
-    ) -> impl Iterator<Item = Damage<'a>> {
+    ) -> impl Iterator<Item = JointState<'a>> {
         let all =
-            (0..self.n_joints()).map(move |joint| self.damage(joint, broken_joints, contacts));
-        all.filter(|damage| !damage.blocks.iter().any(|&block| self.is_removed(block)))
+            (0..self.n_joints()).map(move |joint| self.joint_state(joint, broken_joints, contacts));
+        all.filter(|joint| !joint.blocks.iter().any(|&block| self.is_removed(block)))
     }
 }
 
-impl<'a> Damage<'a> {
+impl<'a> JointState<'a> {
     /// A pair; `None` if the joint has no springs.
     pub(crate) fn point(&self, pair: usize) -> Option<&'a JointPoint> {
         match self.points {
-            JointPairs::Nowhere | JointPairs::Elements => None,
+            JointPairs::Absent | JointPairs::Elements => None,
             JointPairs::Lane(broken, lane) => Some(&broken.points[pair][lane]),
             JointPairs::Patch(points) => Some(&points[pair].pair),
             JointPairs::Released(pairs) => Some(&pairs[pair]),
@@ -116,7 +116,7 @@ impl<'a> Damage<'a> {
     pub(crate) fn is_bonded(&self) -> bool {
         self.law.is_none_or(JointLaw::bonds)
             && match self.points {
-                JointPairs::Nowhere => false,
+                JointPairs::Absent => false,
                 JointPairs::Elements => true,
                 _ => self.points().any(|point| point.failure.is_none()),
             }
@@ -127,9 +127,9 @@ impl<'a> Damage<'a> {
         self.released
     }
 
-    /// True if the joint has turned so far about its bonded pairs that they must fail.
-    pub(crate) fn hinges(&self) -> bool {
+    /// True if the joint has rotated so far about its bonded pairs that they must fail.
+    pub(crate) fn has_rotated(&self) -> bool {
         let can = self.law.is_some_and(JointLaw::bonds) && !self.released;
-        can && self.is_bonded() && turned(self.points(), self.spacing)
+        can && self.is_bonded() && has_rotated(self.points(), self.spacing)
     }
 }
