@@ -33,7 +33,7 @@ fn table() -> Vec<Row> {
     let method = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/method.md");
     let method = std::fs::read_to_string(method).unwrap_or_else(|error| panic!("{error}"));
     let (_, table) = method
-        .split_once("## Where each equation is")
+        .split_once("## Index of equations")
         .unwrap_or_else(|| panic!("docs/method.md has no table of equations"));
     let rows = table.lines().filter(|line| line.starts_with("| (") || line.starts_with("| –"));
     rows.map(|line| {
@@ -76,7 +76,8 @@ fn cited_equations_match_the_table() {
     assert!(where_cited.is_empty(), "not in the table of docs/method.md: {where_cited:?}");
 }
 
-/// True if a source file declares an item or a public field, or if a macro declares a type as `Name:`.
+/// True if a source file declares an item or a public field, or if a macro declares a type as
+/// `Name:`.
 fn declares(text: &str, item: &str) -> bool {
     let name = item.rsplit("::").next().unwrap_or(item);
     let ends = |at: usize| {
