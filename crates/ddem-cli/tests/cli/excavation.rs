@@ -1,8 +1,8 @@
-//! Tests of initial stress and removed blocks on the command line.
+//! Tests of in-situ stress and removed blocks on the command line.
 
 use super::harness::*;
 
-/// Column of four blocks under an initial stress; the upper two are removed.
+/// Column of four blocks under an in-situ stress; the upper two are removed.
 const COLUMN: &str = "
 title = 'dug'
 [materials.rock]

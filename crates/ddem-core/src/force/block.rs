@@ -135,7 +135,7 @@ fn stiffness_damping<S: Simd>(
     rotation.map_or(torque, |r| times(&r, torque))
 }
 
-/// Strain energy of the elements of a lattice, initial stress included `[J]`.
+/// Strain energy of the elements of a lattice, in-situ stress included `[J]`.
 #[inline(always)]
 fn energy<S: Simd>(
     simd: S,

@@ -68,7 +68,7 @@ pub(crate) fn joint<S: Simd>(
     scatter_forces(simd, input, at, rotation, pull, out, work);
 }
 
-/// Computes the forces `K u` of the remaining elements of a joint lattice, initial stress included.
+/// Computes the forces `K u` of the remaining elements of a joint lattice, in-situ stress included.
 #[simd]
 fn elements<S: Simd>(
     simd: S,
@@ -97,7 +97,7 @@ fn elements<S: Simd>(
     }
 }
 
-/// Energy of the remaining elements due to the initial stress, in excess of half the work of their
+/// Energy of the remaining elements due to the in-situ stress, in excess of half the work of their
 /// forces `[J]`.
 #[inline(always)]
 fn initial_stress_energy<S: Simd>(

@@ -61,7 +61,7 @@ pub struct Model {
     pub(crate) faces: Vec<ConformingJoint>,
     pub(crate) sections: JointSections,
     pub(crate) laws: Laws,
-    /// Initial stress; `None` if no block has one.
+    /// In-situ stress; `None` if no block has one.
     pub(crate) in_situ: Option<InSitu>,
     /// Data of contacts; `None` without contact search and nonconforming joints.
     pub(crate) contact: Option<ContactModel>,
@@ -142,7 +142,7 @@ impl Model {
         BrokenJoints::with(&self.packs, &self.assembly, &self.sections, &springs)
     }
 
-    /// Joints at the start of a run. Joints that consist of springs carry the initial stress.
+    /// Joints at the start of a run. Joints that consist of springs carry the in-situ stress.
     pub(crate) fn broken_joints(&self) -> BrokenJoints {
         let mut broken_joints = self.tangent(false);
         let Some(in_situ) = &self.in_situ else { return broken_joints };

@@ -19,7 +19,7 @@ pub(crate) struct StressSource<'a> {
     /// Inverse of the matrix whose columns are the edges of an element.
     inverse: Matrix3<f64>,
     rotation: Matrix3<f64>,
-    /// Initial stress, and centre of the first element.
+    /// In-situ stress, and centre of the first element.
     in_place: Option<(Stress, Vec3)>,
     edges: [Vec3; 3],
 }

@@ -70,7 +70,7 @@ impl Simulation {
         self.stop();
         self.drop_relaxation();
         let state = &self.state;
-        // An initial stress balances all loads at once, not a part of them.
+        // An in-situ stress balances all loads at once, not a part of them.
         let all = self.model.in_situ.is_some() && state.steps == 0;
         let progress = RelaxationProgress {
             increments: u64::from(increments.max(1)),

@@ -28,7 +28,7 @@ pub(crate) struct Input<'a> {
     pub(crate) moved: NodePositions<'a>,
     pub(crate) assembly: &'a Assembly,
     pub(crate) sections: &'a JointSections,
-    /// Initial stress.
+    /// In-situ stress.
     pub(crate) in_situ: Option<&'a InSitu>,
     pub(crate) pair_context: PairContext<'a>,
     /// Velocities of the last half step and its time step, if there was one.
@@ -81,7 +81,7 @@ impl<'a> Input<'a> {
         }
     }
 
-    /// Initial stress in the blocks (offset 0) or a joint lattice of a pack.
+    /// In-situ stress in the blocks (offset 0) or a joint lattice of a pack.
     #[inline(always)]
     pub(crate) fn initial_stress(&self, at: JointLattice) -> Option<InSituLattice<'a>> {
         self.in_situ?.initial_stress(self.moved.packs, at.pack, at.offset)

@@ -57,7 +57,7 @@ pub(crate) struct FirstPass<'a> {
     pub(crate) viscous: Option<Viscous<'a>>,
     /// True for blocks that supports hold along all axes, by pack and lane.
     pub(crate) held: &'a [[bool; LANES]],
-    /// True if rotations of the blocks and initial stress are ignored, in any kinematics.
+    /// True if rotations of the blocks and in-situ stress are ignored, in any kinematics.
     pub(crate) linear: bool,
     pub(crate) energies: bool,
 }

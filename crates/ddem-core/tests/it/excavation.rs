@@ -336,7 +336,7 @@ fn excavation_memory_grows_with_block_data_only() {
     assert_eq!([two - one, three - two], [more; 2]);
 }
 
-/// An initial stress balances all loads at once; a first release still fades by increments.
+/// An in-situ stress balances all loads at once; a first release still fades by increments.
 #[test]
 fn release_in_first_relaxation_fades_by_increments() {
     let stiff = 18e9 * (1.0 - 0.25) / ((1.0 + 0.25) * (1.0 - 0.5));

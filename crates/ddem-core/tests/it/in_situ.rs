@@ -1,4 +1,4 @@
-//! Initial stress: it stays in place, follows from an energy, and is output, saved and lost at
+//! In-situ stress: it stays in place, follows from an energy, and is output, saved and lost at
 //! failure like any other stress.
 
 use ddem_core::{Simd, Simulation};
@@ -268,7 +268,7 @@ fn overburden_stays() {
     }
 }
 
-/// Joints that are too weak fail under the initial stress, and all energies balance during failure.
+/// Joints that are too weak fail under the in-situ stress, and all energies balance during failure.
 #[test]
 fn energies_balance_when_joints_fail_under_initial_stress() {
     for kind in 0..3 {

@@ -1,4 +1,4 @@
-//! Supports of an initial stress: loads, rigid beds and other sets; and the gradient that carries
+//! Supports of an in-situ stress: loads, rigid beds and other sets; and the gradient that carries
 //! the weight.
 
 use ddem_deck::*;
@@ -7,7 +7,7 @@ use nalgebra::Rotation3;
 use crate::decks::*;
 use crate::in_situ::{STRESS, in_place, joint, loaded};
 
-/// Loads that carry an initial stress act at once, also when the relaxation applies loads in
+/// Loads that carry an in-situ stress act at once, also when the relaxation applies loads in
 /// increments.
 #[test]
 fn balancing_loads_act_at_once_despite_increments() {

@@ -38,7 +38,7 @@ impl Where {
 impl BuiltDeck {
     /// Blocks that each curved or slanted `where` of the deck has selected: first split blocks and
     /// blocks removed from the start, then excavated blocks, then blocks with an assigned material
-    /// or an initial stress.
+    /// or an in-situ stress.
     #[must_use]
     pub fn selections(&self) -> Vec<Selection> {
         let of = |place: String, what: String, geometry: &Geometry, region| {

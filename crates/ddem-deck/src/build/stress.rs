@@ -10,7 +10,7 @@ use super::geometry::{Region, nothing};
 use crate::schema::Deck;
 
 /// Faults of stressed sets that touch without a joint. Contacts begin without force, so they cannot
-/// carry an initial stress.
+/// carry an in-situ stress.
 pub(super) fn unjoined(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let (geometry, stresses) = (&**problem.stages.at(0), &problem.stresses);
     if stresses.iter().all(Option::is_none) || !deck.finds_contacts() {
@@ -39,7 +39,7 @@ pub(super) fn unjoined(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     alone.into_iter().map(fault).collect()
 }
 
-/// Initial stress of each block to which the deck gives one.
+/// In-situ stress of each block to which the deck gives one.
 pub(super) fn stresses(deck: &Deck, problem: &Problem) -> Result<Vec<Option<Stress>>, Vec<Fault>> {
     let geometry = &**problem.stages.at(0);
     if deck.initial.iter().all(|entry| entry.stress.is_none()) {

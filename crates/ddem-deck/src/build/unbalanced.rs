@@ -1,4 +1,4 @@
-//! Outer faces that do not carry the initial stress.
+//! Outer faces that do not carry the in-situ stress.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -81,7 +81,7 @@ impl BuiltDeck {
         wrong.map(|plane| plane.warning(&self.problem.properties.gravity)).collect()
     }
 
-    /// Warning about blocks whose initial stress does not balance their weight.
+    /// Warning about blocks whose in-situ stress does not balance their weight.
     pub(super) fn unbalanced_weight(&self, model: &Model) -> Option<Diagnostic> {
         let stresses = &self.problem.stresses;
         let gravity = self.problem.properties.gravity;

@@ -107,7 +107,8 @@ fn strengths<'a>(at: &'a str, joint: &'a Joint) -> impl Iterator<Item = Diagnost
     weak.chain(slack)
 }
 
-/// Warnings about loads, charges and initial stresses. A load of 1 may be a unit that a history multiplies.
+/// Warnings about loads, charges and in-situ stresses. A load of 1 may be a unit that a history
+/// multiplies.
 fn loads(deck: &Deck) -> Vec<Diagnostic> {
     let largest = |values: &[f64]| values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let mut warnings = Vec::new();

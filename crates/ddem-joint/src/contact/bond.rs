@@ -47,7 +47,7 @@ pub struct ReleasedJoint {
 }
 
 impl PatchBuilder<'_> {
-    /// Bonded patch of a nonconforming joint at rest. `both` are the initial stresses of its
+    /// Bonded patch of a nonconforming joint at rest. `both` are the in-situ stresses of its
     /// blocks; the caller sets `first_pair`.
     fn bond(
         &self,
@@ -77,7 +77,7 @@ impl PatchBuilder<'_> {
         for ContactPoint { points, pair, .. } in &mut patch.points {
             pair.origin = axes.tr_mul(&self.configuration.relative_position(blocks, faces, points));
         }
-        // The springs carry the initial stress.
+        // The springs carry the in-situ stress.
         let middle = |point: &ContactPoint| {
             let at = |side: usize| {
                 self.configuration.position(blocks[side] as usize, faces[side], &point.points[side])

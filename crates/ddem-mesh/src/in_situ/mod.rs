@@ -1,4 +1,4 @@
-//! Initial stress of blocks and joints (§12).
+//! In-situ stress of blocks and joints (§12).
 //!
 //! A stress `σ⁰(X)`, linear in the reference position, is part of the stress of an element,
 //! `σ = R (σ⁰ + C:ε) Rᵀ`. Its nodal forces `∫ Bᵀσ⁰ dV` are exact for linear stress. They are
@@ -21,7 +21,7 @@ use ddem_mechanics::math::lanes::{Lanes, splat};
 pub use stress::Stress;
 pub use stress::between;
 
-/// Nodal forces and energy of the initial stress in one lattice of elements of a pack.
+/// Nodal forces and energy of the in-situ stress in one lattice of elements of a pack.
 #[derive(Debug)]
 struct InitialForces {
     /// Nodal forces `∫ Bᵀσ⁰ dV` `[N]`.
@@ -32,10 +32,10 @@ struct InitialForces {
     elements: Vec<([[Lanes; 3]; 8], Lanes)>,
 }
 
-/// Marker for a lattice without initial stress.
+/// Marker for a lattice without in-situ stress.
 const NO_FIELD: u32 = u32::MAX;
 
-/// Initial stress in all blocks and joints; equal lattices share their data.
+/// In-situ stress in all blocks and joints; equal lattices share their data.
 #[derive(Debug)]
 pub struct InSitu {
     blocks: Vec<Option<Stress>>,
@@ -43,7 +43,7 @@ pub struct InSitu {
     of_pack: Vec<[u32; 8]>,
 }
 
-/// Lattice of elements that carries an initial stress.
+/// Lattice of elements that carries an in-situ stress.
 #[derive(Clone, Copy, Debug)]
 pub struct InSituLattice<'a> {
     field: &'a InitialForces,
@@ -51,7 +51,7 @@ pub struct InSituLattice<'a> {
 }
 
 impl InSitu {
-    /// Initial stress of a model; `None` if no block has one.
+    /// In-situ stress of a model; `None` if no block has one.
     pub fn new(
         blocks: Vec<Option<Stress>>,
         geometry: &Geometry,
@@ -77,7 +77,7 @@ impl InSitu {
         Some(in_situ)
     }
 
-    /// Initial stress of each block that has not been removed.
+    /// In-situ stress of each block that has not been removed.
     pub fn without(self, geometry: &Geometry) -> Vec<Option<Stress>> {
         let of_block = |(block, stress): (usize, Option<Stress>)| {
             stress.filter(|_| !geometry.is_removed(block))
@@ -85,12 +85,12 @@ impl InSitu {
         self.blocks.into_iter().enumerate().map(of_block).collect()
     }
 
-    /// Initial stress of a block, if it has one.
+    /// In-situ stress of a block, if it has one.
     pub fn of(&self, block: usize) -> Option<Stress> {
         self.blocks[block]
     }
 
-    /// Initial stress in the blocks (0) or a joint lattice of a pack.
+    /// In-situ stress in the blocks (0) or a joint lattice of a pack.
     #[inline(always)]
     pub fn initial_stress(
         &self,
@@ -112,7 +112,7 @@ impl InSitu {
             + self.fields.iter().map(of).sum::<usize>()
     }
 
-    /// Initial stress of a block, or of a joint lattice as the mean of the surrounding blocks.
+    /// In-situ stress of a block, or of a joint lattice as the mean of the surrounding blocks.
     fn around(&self, geometry: &Geometry, block: usize, offset: usize) -> Option<Stress> {
         let parts = (0..8).filter(|part| part & !offset == 0);
         let step = |part: usize| [0, 1, 2].map(|d| i32::from(part & (1 << d) != 0));

@@ -1,4 +1,4 @@
-//! Initial stress of a block, and its forces and energy in an element.
+//! In-situ stress of a block, and its forces and energy in an element.
 
 use nalgebra::Matrix3;
 

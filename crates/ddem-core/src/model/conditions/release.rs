@@ -73,7 +73,7 @@ impl LoadPattern {
 }
 
 impl Conditions {
-    /// Initial load factors of the first relaxation of a model with an initial stress, which
+    /// Initial load factors of the first relaxation of a model with an in-situ stress, which
     /// carries all loads at once. Only the forces of removed blocks start from their factors `now`.
     pub(crate) fn at_once(&self, to: &[f64], now: &[f64]) -> Vec<f64> {
         let mut from = to.to_vec();
