@@ -195,7 +195,7 @@ def test_unknown_attributes_suggest_similar_ones() -> None:
 
 def test_messages_use_python_notation() -> None:
     message = refused(lambda: cube(gravity=(0, 0, -9.81)).build().relax(quiet=True), ddem.ModelError)
-    assert "hold that motion with `Model.fix`" in message and "[[" not in message
+    assert "prevent this motion with `Model.fix`" in message and "[[" not in message
     message = refused(lambda: cube().load(pressure=1.0, history="ramp"), ddem.ModelError)
     assert '`{"ramp": seconds}`, `{"table": [[time, factor], …]}`' in message
     message = refused(lambda: cube().build().run(1e-4, damping="ratio", quiet=True), ddem.ModelError)

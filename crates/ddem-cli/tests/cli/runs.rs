@@ -337,7 +337,7 @@ duration = 1e-6
     // 10.50 GPa (250/1630)^2.727
     let charges = [
         "10 walls, 2.0000e0 m³, 500 kg (250.0 of 1630 kg/m³), begins with 6.321e7 Pa",
-        "1 joints, 1.0000e0 m², history of 2.000e6 Pa",
+        "1 joint, 1.0000e0 m², history of 2.000e6 Pa",
     ];
     for (index, charge) in charges.iter().enumerate() {
         let line = format!("charge {index}       {charge}");

@@ -55,7 +55,10 @@ impl Model {
     /// If a coordinate is not a finite number.
     #[must_use]
     pub fn nearest_node(&self, at: [f64; 3]) -> usize {
-        assert!(at.iter().all(|x| x.is_finite()), "no node is nearest to {at:?}: it is no place");
+        assert!(
+            at.iter().all(|x| x.is_finite()),
+            "no node is nearest to {at:?}: coordinates must be finite"
+        );
         let tie = 1e-12 * (self.geometry.bounds[1] - self.geometry.bounds[0]).norm();
         let place = Vec3::from(at);
         let (mut nearest, mut near) = (f64::INFINITY, Vec::new());
@@ -89,7 +92,10 @@ impl Model {
     /// If a coordinate is not a finite number.
     #[must_use]
     pub fn element_at(&self, point: [f64; 3]) -> (usize, [usize; 3]) {
-        assert!(point.iter().all(|x| x.is_finite()), "no element is at {point:?}: it is no place");
+        assert!(
+            point.iter().all(|x| x.is_finite()),
+            "no element is at {point:?}: coordinates must be finite"
+        );
         let at = Vec3::from(point);
         let mut most: Option<(f64, (usize, [usize; 3]))> = None;
         for block in self.boxes().with(point) {

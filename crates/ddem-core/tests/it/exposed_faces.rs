@@ -199,7 +199,7 @@ fn loads_find_faces_completed_by_removal() {
     let message = |deck: &Deck| crate::decks::warnings(deck).join("\n");
     assert_eq!(message(&deck), "");
     deck.load[0] = Load { region: Where::default(), ..load };
-    assert!(message(&deck).contains("load[0].where: 1 faces are left out"), "{}", message(&deck));
+    assert!(message(&deck).contains("load[0].where: 1 face is left out"), "{}", message(&deck));
     deck.load[0].from = Some("dig".into());
     assert_eq!(message(&deck), "");
 }

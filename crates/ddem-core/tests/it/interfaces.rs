@@ -80,7 +80,10 @@ fn assert_error_names_gap(gap: f64, start: &str) {
     assert!(faults[0].message.contains("move as a rigid body"), "{faults:?}");
     let help = faults[0].help.as_deref().unwrap_or_default();
     assert!(help.starts_with(start), "{help}");
-    assert!(help.ends_with("hold that motion with `[[fix]]`, or make the stage dynamic"), "{help}");
+    assert!(
+        help.ends_with("prevent this motion with `[[fix]]`, or make the stage dynamic"),
+        "{help}"
+    );
 }
 
 /// The joint of the later set, or the joint assigned there. Its thickness decides which gap it

@@ -281,6 +281,6 @@ fn touching_sets_have_no_layer_and_load_whole_faces_only() {
     let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
     assert!((mass / (density * 17.0) - 1.0).abs() < 1e-12, "{mass}");
     let warnings = crate::decks::warnings(&deck);
-    let left_out = "load[0].where: 1 faces are left out, because other blocks cover them in part";
+    let left_out = "load[0].where: 1 face is left out, because other blocks cover it in part";
     assert!(warnings.iter().any(|w| w.starts_with(left_out)), "{warnings:?}");
 }

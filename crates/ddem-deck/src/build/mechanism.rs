@@ -54,10 +54,10 @@ fn fault(
 /// Advice on supports or joints that may be missing.
 fn help(deck: &Deck, geometry: &Geometry) -> String {
     let advice = if deck.boundary.is_empty() {
-        "hold that motion with `[[fix]]`, or make the stage dynamic"
+        "prevent this motion with `[[fix]]`, or make the stage dynamic"
     } else {
-        "a `[[boundary]]` holds nothing at rest: hold that motion with `[[fix]]`, `until` the stage from \
-         which the boundary is there; it keeps the reaction of the fix"
+        "a `[[boundary]]` holds nothing at rest: prevent this motion with `[[fix]]`, `until` the stage from \
+         which the boundary is there; it keeps the reaction of the support"
     };
     let gaps = gaps(deck, geometry).into_iter().map(|gap| gap.message);
     gaps.chain([advice.to_owned()]).collect::<Vec<_>>().join("; ")

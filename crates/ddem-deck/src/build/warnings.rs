@@ -156,11 +156,13 @@ impl BuiltDeck {
             let geometry = self.at_stage(from.as_ref());
             let faces = self.region(region).covered_in_part(geometry);
             let [x, y, z] = faces.first()?.centre(geometry).into();
-            let message = format!(
-                "{} faces are left out, because other blocks cover them in part; the first is at ({x:.4}, \
-                 {y:.4}, {z:.4})",
-                faces.len()
-            );
+            let count = match faces.len() {
+                1 => "1 face is left out, because other blocks cover it in part; it".to_owned(),
+                n => format!(
+                    "{n} faces are left out, because other blocks cover them in part; the first"
+                ),
+            };
+            let message = format!("{count} is at ({x:.4}, {y:.4}, {z:.4})");
             let help = "cut the blocks so that each face is free or fully covered";
             Some(Diagnostic::warning(Code::PartlyCoveredFaces, at, message).help(help))
         };

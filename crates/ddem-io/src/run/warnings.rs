@@ -50,9 +50,9 @@ pub(super) fn undamped_sliding(
     let rigid = (0..model.n_blocks()).all(|block| model.is_rigid(block));
     (!rigid && energy.friction - begun.friction > SLID * most).then(|| {
         let message =
-            "deformable blocks have slid without damping: they flutter and slide too easily";
+            "deformable blocks slid without damping: they vibrate, which reduces their friction";
         Diagnostic::warning(Code::UndampedSliding, "contact.damping", message)
-            .help("check whether 0.2 changes the result")
+            .help("check whether `damping = 0.2` in `[contact]` changes the result")
     })
 }
 
@@ -97,7 +97,7 @@ pub(super) fn energy_imbalance(
     let Energy { balance, contact, .. } = *energy;
     // Losses have the opposite sign in `balance`.
     let (error, column, cause) = if contact.abs() > balance.abs() {
-        (-contact, "contact", " in contacts that form, part and turn")
+        (-contact, "contact", " in contacts that form, separate and rotate")
     } else {
         (balance, "balance", "")
     };

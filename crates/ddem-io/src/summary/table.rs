@@ -209,7 +209,7 @@ impl fmt::Display for StageSummary {
             line(f, "fragments", &format!("{}, the largest of {volume} m³", fragments.number))?;
         }
         for Reaction { fix, force } in reactions {
-            line(f, "reaction", &format!("of fix {fix}: {}", vector(*force, "N")))?;
+            line(f, "reaction", &format!("of fix[{fix}]: {}", vector(*force, "N")))?;
         }
         line(f, "energy", &energy(energies))
     }

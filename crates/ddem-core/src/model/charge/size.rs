@@ -26,7 +26,9 @@ pub struct ChargeSize {
 impl fmt::Display for ChargeSize {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.joints {
+            0 if self.walls == 1 => write!(f, "1 wall, {:.4e} m³", self.volume)?,
             0 => write!(f, "{} walls, {:.4e} m³", self.walls, self.volume)?,
+            1 => write!(f, "1 joint, {:.4e} m²", self.area)?,
             joints => write!(f, "{joints} joints, {:.4e} m²", self.area)?,
         }
         if let Some(mass) = self.mass {

@@ -28,13 +28,13 @@ pub(super) fn expect(sound: bool, what: &str) -> Checked {
 pub(super) fn stages(model: &Model, state: &State, run: &RunState) -> Checked {
     let &State { stage, stage_entry, .. } = state;
     let runs = stage < model.n_stages();
-    expect(runs && state.stage_starts.len() == stage + 1, "there is no such stage")?;
+    expect(runs && state.stage_starts.len() == stage + 1, "the model has no such stage")?;
     let stage_entry = stage_entry.map(|entry| [Some(entry.from_stage), Some(entry.first)]);
     let relaxation = run.relaxation.as_ref().map(|state| [Some(state.from_stage), state.driven]);
     let mut known = stage_entry.into_iter().chain(relaxation).flatten().flatten();
-    expect(known.all(|known| known <= stage + 1), "it comes from no such stage")?;
+    expect(known.all(|known| known <= stage + 1), "invalid previous stage")?;
     let released = state.released.keys().copied();
-    expect(released.eq(model.fading(0, stage)), "no such blocks have been removed")
+    expect(released.eq(model.fading(0, stage)), "invalid removed blocks")
 }
 
 /// Checks times and counts.
@@ -44,17 +44,17 @@ pub(super) fn run(model: &Model, state: &State, run: &RunState) -> Checked {
     let finite = times.iter().all(|x| x.is_finite()) && state.before >= 0.0;
     let moves = run.time_step > 0.0 || !run.started;
     let critical = run.critical_steps.iter().flatten().all(|&step| step > 0.0);
-    expect(finite && state.time >= 0.0 && moves && critical, "its times are none")?;
+    expect(finite && state.time >= 0.0 && moves && critical, "invalid times")?;
     let counts = steps <= MOST_STEPS && state.origin.1 <= steps && state.watch.since <= steps;
-    expect(counts, "its steps are not counted")?;
+    expect(counts, "invalid step counts")?;
     let failed = state.failed.iter().all(|&failed| failed <= model.n_pairs() as u64);
-    expect(failed, "more pairs have failed than there are")?;
+    expect(failed, "more failed pairs than the model has")?;
     let Some(state) = &run.relaxation else { return Ok(()) };
     let n = model.conditions.n_factors();
     let factors = [&state.from, &state.to].iter().all(|factors| factors.len() == n);
     let parts = (1..=state.increments).contains(&state.increment);
     let counts = state.since_restart.max(state.rounded) <= MOST_STEPS;
-    expect(factors && parts && counts, "its relaxation is none")
+    expect(factors && parts && counts, "invalid relaxation")
 }
 
 /// Checks all arrays. Displacements and velocities may have any value, so that a diverged run can
@@ -62,9 +62,9 @@ pub(super) fn run(model: &Model, state: &State, run: &RunState) -> Checked {
 pub(super) fn state(model: &Model, state: &State) -> Checked {
     let State { u, v, applied, locked_reactions, released, .. } = state;
     let n = 3 * model.packs.nodes;
-    expect([u.len(), v.len()] == [n, n], "its nodes are more or fewer")?;
+    expect([u.len(), v.len()] == [n, n], "wrong number of nodes")?;
     let factors = state.load_factors.len() == model.conditions.n_factors();
-    expect(factors, "its load factors are more or fewer")?;
+    expect(factors, "wrong number of load factors")?;
     let known = |forces: &AppliedForces| {
         forces.keys().next_back().is_none_or(|&at| (at as usize) < model.n_nodes())
     };
@@ -72,16 +72,16 @@ pub(super) fn state(model: &Model, state: &State) -> Checked {
         released.values().all(|fading| fading.start_time.is_finite() && known(&fading.forces));
     expect(
         known(applied) && known(locked_reactions) && fades,
-        "forces are on nodes that are not there",
+        "forces on nodes that do not exist",
     )?;
     let columns = state.columns.len() == model.boundaries.column_nodes();
     let gas = state.gas_surfaces.len() == model.conditions.n_gas_surfaces();
-    expect(columns && gas, "its columns or charges are more or fewer")?;
+    expect(columns && gas, "wrong number of free-field columns or charges")?;
     peaks(model, &state.peaks)?;
     let diverged = !u.iter().chain(v).all(|lanes| lanes.0.iter().all(|x| x.is_finite()));
     let mut poses = state.poses.iter().flatten();
     let rigid = state.poses.len() == model.packs.rigid;
-    expect(rigid && poses.all(|pose| diverged || is_sound(pose)), "its rigid blocks are nowhere")?;
+    expect(rigid && poses.all(|pose| diverged || is_sound(pose)), "invalid pose of a rigid block")?;
     broken_joints(model, &state.broken_joints)?;
     contacts(model, &state.contacts, diverged)?;
     bonds(model, &state.contacts)
@@ -92,7 +92,7 @@ fn peaks(model: &Model, peaks: &Peaks) -> Checked {
         if model.properties.peaks { [model.packs.nodes, model.n_blocks()] } else { [0; 2] };
     let elements = (0..blocks).map(|block| model.geometry.topology(block).elements());
     let matches = peaks.speeds.len() == nodes && peaks.stresses.iter().map(Vec::len).eq(elements);
-    expect(matches, "its peaks are more or fewer")
+    expect(matches, "wrong number of peaks")
 }
 
 /// True if the numbers form a pose, which they need not in a diverged run.
@@ -105,7 +105,7 @@ fn is_sound(pose: &Pose) -> bool {
 /// Checks that broken joints are lattices of the model.
 fn broken_joints(model: &Model, broken_joints: &BrokenJoints) -> Checked {
     let packs = &model.packs;
-    expect(broken_joints.packs.len() == packs.packs.len(), "its joints are more or fewer")?;
+    expect(broken_joints.packs.len() == packs.packs.len(), "wrong number of joints")?;
     for (index, lattices) in broken_joints.packs.iter().enumerate() {
         let numbering = packs.numbering_of(&packs.packs[index]);
         for (offset, broken) in lattices.iter().flat_map(|lattices| lattices.iter().enumerate()) {
@@ -116,7 +116,7 @@ fn broken_joints(model: &Model, broken_joints: &BrokenJoints) -> Checked {
             let pairs = d.map_or(0, |d| numbering.pairs[d].len());
             let matches =
                 offset > 0 && broken.is_consistent(numbering.dims(offset).iter().product(), pairs);
-            expect(exists && matches, "joints are broken that are not there")?;
+            expect(exists && matches, "failed joints that do not exist")?;
         }
     }
     Ok(())
@@ -126,23 +126,23 @@ fn broken_joints(model: &Model, broken_joints: &BrokenJoints) -> Checked {
 fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
     let (n, start) = (model.n_blocks(), model.contacts());
     let sizes = |contacts: &Contacts| [contacts.joints.len(), contacts.travel.len()];
-    expect(sizes(contacts) == sizes(&start), "its contacts are those of more or fewer blocks")?;
+    expect(sizes(contacts) == sizes(&start), "contacts of another number of blocks")?;
     let Contacts { patches, near, travel, .. } = contacts;
     let none = patches.is_empty() && near.is_empty();
-    expect(none || model.contact.is_some(), "there are contacts where none are looked for")?;
+    expect(none || model.contact.is_some(), "contacts in a model without contact")?;
     let two = |&[a, b]: &[u32; 2]| a < b && (b as usize) < n;
     let met = patches.iter().map(|patch| &patch.blocks).all(two)
         && patches.is_sorted_by(|a, b| a.blocks < b.blocks);
     let may_meet = near.iter().map(|near| &near.blocks).all(two)
         && near.is_sorted_by(|a, b| a.blocks < b.blocks)
         && near.iter().all(|near| contacts.patch_index(near.blocks).is_err());
-    expect(met && may_meet, "blocks touch that are not there")?;
+    expect(met && may_meet, "contacts of blocks that do not exist")?;
     let finite = |Lanes(lanes): &Lanes| lanes.iter().all(|x| x.is_finite());
     let finite_travel = travel.iter().all(finite)
         && near.iter().all(|NearPair { next_check, .. }| next_check.is_finite());
-    expect(diverged || finite_travel, "it is not known how far blocks have moved")?;
+    expect(diverged || finite_travel, "invalid travel of blocks")?;
     let sound = patches.iter().all(|patch| diverged || is_finite(patch));
-    expect(sound && patches.iter().all(|patch| is_on(model, patch, diverged)), "contacts are none")
+    expect(sound && patches.iter().all(|patch| is_on(model, patch, diverged)), "invalid contacts")
 }
 
 /// True if a patch is on faces of its blocks. Its positions there are not checked in a diverged
@@ -234,5 +234,5 @@ fn bonds(model: &Model, contacts: &Contacts) -> Checked {
                 *matches && pairs && joint && *blocks == bonded_patches.patch.blocks
             },
         );
-    expect(sorted && same, "joints between faces are not those of the model")
+    expect(sorted && same, "nonconforming joints of another model")
 }

@@ -132,7 +132,7 @@ impl Saved {
             }
         }
         let (image, rest) = postcard::take_from_bytes(rest)?;
-        check::expect(rest.is_empty(), "it continues beyond its end")?;
+        check::expect(rest.is_empty(), "bytes after the end")?;
         Ok(image)
     }
 }
