@@ -186,6 +186,12 @@ impl JointSection {
         (Matrix3::identity() * shear + across * (normal - shear)) * self.quarter.0[lane]
     }
 
+    /// Normal and shear stiffness of the springs in all lanes, k_n and k_s `[Pa/m]`.
+    #[inline(always)]
+    pub fn stiffnesses(&self) -> [Lanes; 2] {
+        self.stiffness
+    }
+
     /// Spring stiffness of a lane `[Pa/m]`.
     #[inline(always)]
     pub fn stiffness(&self, lane: usize) -> SpringStiffness {

@@ -20,13 +20,11 @@ use ddem_joint::kinematics::{
 use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::{Frame, split_torque};
 use ddem_mechanics::element::lattice::{force, force_left};
-use ddem_mechanics::law::JointLaw;
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, Matrix, Vector, add, cross, dot, load, load_at, scale, splat, store_at, sub,
-    times, transposed_times, zero,
+    LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times,
+    transposed_times, zero,
 };
-use ddem_mesh::NO_JOINT;
-use ddem_mesh::joint_sections::{FaceLattice, JointSection};
+use ddem_mesh::joint_sections::JointSection;
 use ddem_mesh::pack::JointLattice;
 
 /// Checks the pairs of one joint lattice of a pack for failure and adds its forces: those of its
@@ -58,8 +56,8 @@ pub(crate) fn joint<S: Simd>(
             _ => [None; LANES],
         };
         let sides = SideDisplacements { local: &work.local[..n], du, grounds: &grounds };
-        let springs =
-            broken.add_spring_forces(face, input.pair_context, sides, &mut work.g[..n], out.losses);
+        let (context, g) = (input.pair_context, &mut work.g[..n]);
+        let springs = broken.add_spring_forces(simd, face, context, sides, g, out.losses);
         if let Some([_, joints]) = &mut out.energy {
             *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
         }
@@ -127,18 +125,21 @@ fn fail<S: Simd>(
 ) -> bool {
     let Some(face) = input.face(at) else { return false };
     let checked = input.pair_context.failure_divisor.is_some();
-    if !checked || (broken.is_none() && !any_fails(simd, input, face, work)) {
+    let packs = input.moved.packs;
+    let n = 3 * at.nodes(packs);
+    let context = input.pair_context;
+    let Workspace { local, g, tractions, .. } = &mut *work;
+    let fields = [&local[..n], &g[..n]];
+    if !checked || (broken.is_none() && !tractions.any_failure(simd, face, context, None, fields)) {
         return false;
     }
-    let packs = input.moved.packs;
     let was_broken = broken.is_some();
     let lattice = broken.get_or_insert_with(|| {
         let tables = input.assembly.pack_tables[at.pack];
         BrokenLattice::intact(packs, &packs.packs[at.pack], tables, at.offset)
     });
-    let n = 3 * at.nodes(packs);
-    let before = initial_stress_energy(simd, input, at, Some(lattice), &work.local[..n]);
-    let fails = lattice.fail(face, input.pair_context, &work.local[..n], &work.g[..n], losses);
+    let before = initial_stress_energy(simd, input, at, Some(lattice), fields[0]);
+    let fails = lattice.fail(simd, face, context, fields, tractions, losses);
     if fails {
         work.before[..n].copy_from_slice(&work.g[..n]);
         elements(simd, input, at, Some(lattice), work);
@@ -173,48 +174,6 @@ fn last_du<S: Simd>(
         let v = scale(load_at(simd, du, 3 * node), splat(simd, time_step));
         store_at(du, 3 * node, rotation.map_or(v, |r| transposed_times(r, v)));
     }
-}
-
-/// True if any pair of an unbroken face joint fails; all its pairs are checked at once.
-#[inline(always)]
-fn any_fails<S: Simd>(
-    simd: S,
-    input: Input<'_>,
-    FaceLattice { node_pairs, section }: FaceLattice<'_>,
-    work: &mut Workspace,
-) -> bool {
-    let law = |lane: usize| input.pair_context.law(section.laws[lane]);
-    if (0..LANES).all(|lane| law(lane).is_none()) {
-        return false;
-    }
-    let Workspace { g, tractions: [normals, shears], .. } = work;
-    let n = LANES * node_pairs.len();
-    normals.resize(n.max(normals.len()), 0.0);
-    shears.resize(n.max(shears.len()), 0.0);
-    let direction = [0, 1, 2].map(|c| splat(simd, section.axes[(c, 0)]));
-    let half = splat(simd, 0.5 / input.pair_context.failure_divisor.unwrap_or(1.0));
-    let per_quarter = section.per_quarter.load(simd) * half;
-    let targets =
-        normals.as_chunks_mut::<LANES>().0.iter_mut().zip(shears.as_chunks_mut::<LANES>().0);
-    for (node_pair, (normal, shear)) in node_pairs.iter().zip(targets) {
-        let [a, b] = node_pair.sides;
-        let difference = sub(load_at(simd, g, 3 * b), load_at(simd, g, 3 * a));
-        let traction = scale(difference, per_quarter * node_pair.inverse_count());
-        let along = dot(traction, direction);
-        let across = sub(traction, scale(direction, along));
-        *normal = Lanes::from(along).0;
-        *shear = Lanes::from(dot(across, across)).0;
-    }
-    let (normals, shears) = (&normals[..n], &shears[..n]);
-    // Most packs have one joint in all lanes. Then one law checks all pairs at once.
-    let first = section.laws.iter().position(|&law| law != NO_JOINT).unwrap_or(0);
-    if section.laws.iter().all(|law| [section.laws[first], NO_JOINT].contains(law)) {
-        return law(first).is_some_and(|law| law.any_failure(normals, shears));
-    }
-    let fails =
-        |law: &dyn JointLaw, at: usize| law.any_failure(&normals[at..=at], &shears[at..=at]);
-    let points = |lane: usize| (lane..n).step_by(LANES);
-    (0..LANES).any(|lane| law(lane).is_some_and(|law| points(lane).any(|at| fails(law, at))))
 }
 
 /// Section of a broken joint, forces of its springs, and rotations of its two blocks.

@@ -3,7 +3,7 @@
 use fearless_simd::{Select, Simd, SimdBase, f64x4};
 use nalgebra::Matrix3;
 
-use ddem_joint::broken::{BrokenLattice, GroundFrame};
+use ddem_joint::broken::{BrokenLattice, GroundFrame, PairTractions};
 use ddem_joint::kinematics::NodePositions;
 use ddem_joint::losses::Losses;
 use ddem_joint::point::PairContext;
@@ -51,8 +51,8 @@ pub(crate) struct Workspace {
     pub(crate) before: Vec<Lanes>,
     /// Displacement increments of the nodes in the last step.
     pub(crate) du: Vec<Lanes>,
-    /// Normal tractions and squared shear tractions of the pairs.
-    pub(crate) tractions: [Vec<f64>; 2],
+    /// Tractions of the pairs of one lattice.
+    pub(crate) tractions: PairTractions,
 }
 
 /// Output for one pack. Forces have the sign of forces on the nodes, `−K u`.

@@ -3,6 +3,10 @@
 //! This is a power iteration on the operator of the step, in the form of Lanczos. It uses the
 //! Krylov space of the same products and needs only some dozens of them for the largest eigenvalue,
 //! accurate to rounding. Supports are left out, because they can only decrease the eigenvalue.
+//!
+//! The spectrum of a large model is dense at its end, and the last digits take many products. There
+//! an upper bound a little above the eigenvalue suffices: an eigenvalue of the operator lies within
+//! the residual of each Ritz value.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -28,6 +32,11 @@ const MOST_STEPS: usize = 120;
 /// Relative change of the eigenvalue over [`PATIENCE`] products at which the iteration ends.
 const TOLERANCE: f64 = 1e-10;
 const PATIENCE: usize = 8;
+/// Nodes from which on a model is large, and the relative residual at which its iteration ends.
+const LARGE: usize = 50_000;
+const RESIDUAL: f64 = 5e-3;
+/// Products between two residuals.
+const RESIDUAL_INTERVAL: usize = 5;
 
 /// Largest eigenvalue of `M⁻¹ K` for diagonal masses `[1/s²]`. `mass` gives the mass of each degree
 /// of freedom by (inertia, place, lane). `added` is the additional stiffness over mass of each node
@@ -52,6 +61,7 @@ pub(crate) fn largest_eigenvalue(
     let mut scaled = vec![Lanes::ZERO; n];
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
     let mut values: Vec<f64> = Vec::new();
+    let is_large = model.packs.nodes * LANES >= LARGE;
     for _ in 0..MOST_STEPS {
         if stop() {
             return Err(RunError::Stopped);
@@ -69,6 +79,12 @@ pub(crate) fn largest_eigenvalue(
             && largest - values[values.len() - 1 - PATIENCE] <= TOLERANCE * largest;
         if equilibrium || beta <= 1e-13 * largest {
             break;
+        }
+        if is_large && values.len().is_multiple_of(RESIDUAL_INTERVAL) {
+            let residual = beta * last_of_largest(&diagonal, &beside);
+            if residual <= RESIDUAL * largest {
+                return Ok(largest + residual);
+            }
         }
         beside.push(beta);
         over_packs(model, [&mut before, &mut q], |_, _, [w, q]| {
@@ -257,14 +273,24 @@ fn start(model: &Model, n: usize) -> Vec<Lanes> {
     q
 }
 
-fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
+fn tridiagonal(diagonal: &[f64], beside: &[f64]) -> DMatrix<f64> {
     let n = diagonal.len();
-    let matrix = DMatrix::from_fn(n, n, |i, k| match i.abs_diff(k) {
+    DMatrix::from_fn(n, n, |i, k| match i.abs_diff(k) {
         0 => diagonal[i],
         1 => beside[i.min(k)],
         _ => 0.0,
-    });
-    matrix.symmetric_eigenvalues().max()
+    })
+}
+
+fn largest_of_tridiagonal(diagonal: &[f64], beside: &[f64]) -> f64 {
+    tridiagonal(diagonal, beside).symmetric_eigenvalues().max()
+}
+
+/// Size of the last component of the unit eigenvector of the largest eigenvalue.
+fn last_of_largest(diagonal: &[f64], beside: &[f64]) -> f64 {
+    let eigen = tridiagonal(diagonal, beside).symmetric_eigen();
+    let last = eigen.eigenvectors.nrows() - 1;
+    eigen.eigenvectors[(last, eigen.eigenvalues.imax())].abs()
 }
 
 /// Largest eigenvalue of `M⁻¹K` for the clustered masses of relaxation, by power iteration. The

@@ -3,6 +3,7 @@
 //! A joint lattice without failed pairs has no entry here and costs nothing. A [`BrokenLattice`]
 //! holds a lattice in which a pair has failed or that consists of springs from the start.
 
+mod failure;
 mod springs;
 pub mod strips;
 
@@ -17,6 +18,7 @@ use ddem_mesh::joint_sections::{JointSection, JointSections};
 use ddem_mesh::numbering::NodePair;
 use ddem_mesh::pack::{Pack, Packs};
 
+pub use failure::PairTractions;
 pub use springs::{GroundFrame, SideDisplacements, SpringForces};
 
 /// Joint lattice of a pack in which springs have replaced some or all elements.
@@ -31,6 +33,9 @@ pub struct BrokenLattice {
     pub points: Vec<[JointPoint; LANES]>,
     /// Lanes whose joint was released: a contact has taken the place of its springs.
     released: [bool; LANES],
+    /// Failed pairs of each lane.
+    #[serde(skip)]
+    failed: [u32; LANES],
     /// True if a pair of a joint that can fail may still be bonded.
     #[serde(skip)]
     bonded: bool,
@@ -67,8 +72,9 @@ impl Clone for BrokenLattice {
     }
 
     fn clone_from(&mut self, source: &Self) {
-        let Self { alive, any_alive, points, released, bonded, newly_failed } = source;
+        let Self { alive, any_alive, points, released, failed, bonded, newly_failed } = source;
         (self.any_alive, self.released, self.bonded) = (*any_alive, *released, *bonded);
+        self.failed = *failed;
         self.alive.clone_from(alive);
         self.points.clone_from(points);
         self.newly_failed.clone_from(newly_failed);
@@ -127,7 +133,16 @@ impl BrokenJoints {
         for lane in (0..LANES).filter(|&lane| !exists(lane)) {
             broken.alive.iter_mut().for_each(|alive| alive.0[lane] = 1.0);
             broken.points.iter_mut().for_each(|points| points[lane] = JointPoint::default());
-            broken.released[lane] = false;
+            (broken.released[lane], broken.failed[lane]) = (false, 0);
+        }
+    }
+
+    /// Counts the failed pairs, after a state has been restored.
+    pub fn count_failed(&mut self) {
+        for broken in self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten()) {
+            broken.failed = [0, 1, 2, 3].map(|lane| {
+                broken.lane(lane).filter(|point| point.failure.is_some()).count() as u32
+            });
         }
     }
 
@@ -194,6 +209,7 @@ impl BrokenLattice {
             any_alive: exists,
             points: vec![[JointPoint::default(); LANES]; pairs],
             released: [false; LANES],
+            failed: [0; LANES],
             bonded: true,
             newly_failed: Vec::new(),
         }
@@ -219,12 +235,17 @@ impl BrokenLattice {
 
     /// True if the joint in a lane has rotated so far that its bonded pairs must fail.
     fn has_rotated(&self, section: &JointSection, lane: usize) -> bool {
-        !self.released[lane] && has_rotated(self.lane(lane), section.spacing(lane))
+        self.slides(lane) && has_rotated(self.lane(lane), section.spacing(lane))
+    }
+
+    /// True if a pair of the joint in a lane has failed.
+    pub(super) fn has_failed(&self, lane: usize) -> bool {
+        self.failed[lane] > 0
     }
 
     /// True if the joint in a lane still has its springs and at least one failed pair.
     pub fn slides(&self, lane: usize) -> bool {
-        !self.released[lane] && self.lane(lane).any(|point| point.failure.is_some())
+        !self.released[lane] && self.has_failed(lane)
     }
 
     /// Removes the springs of the joint in a lane permanently.

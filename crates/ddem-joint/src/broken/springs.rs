@@ -1,5 +1,6 @@
-//! Pairs of one joint lattice: their failure and the forces of their springs.
+//! Springs of the pairs of one joint lattice, and their forces.
 
+use fearless_simd::{Simd, f64x4};
 use nalgebra::{Matrix3, Vector3};
 
 use super::BrokenLattice;
@@ -7,7 +8,10 @@ use crate::losses::Losses;
 use crate::point::{JointPoint, PairContext, components, vector};
 use ddem_mechanics::law::Traction;
 use ddem_mechanics::law::response::stored;
-use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::math::lanes::{
+    LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, times,
+    transposed_times,
+};
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
 use ddem_mesh::numbering::NodePair;
 
@@ -67,187 +71,180 @@ impl BrokenLattice {
         }
     }
 
-    /// Checks bonded pairs for failure under the element forces `g` (`K u`) plus the spring forces.
-    /// Removes the elements that hold a failed pair. Returns true if any pair failed.
-    pub fn fail(
+    /// Adds the spring forces to `g`, the forces `K u` of the elements that are left. The bonded
+    /// pairs of all lanes are computed at once.
+    #[inline(always)]
+    pub fn add_spring_forces<S: Simd>(
         &mut self,
-        FaceLattice { node_pairs, section }: FaceLattice<'_>,
+        simd: S,
+        face: FaceLattice<'_>,
         context: PairContext<'_>,
-        local: &[Lanes],
-        g: &[Lanes],
-        losses: &mut Losses,
-    ) -> bool {
-        if context.failure_divisor.is_none() || !self.bonded {
-            return false;
-        }
-        let before = self.newly_failed.len();
-        self.bonded = false;
-        let has_rotated: [bool; LANES] = std::array::from_fn(|lane| {
-            context.releases_rotated_joints && self.has_rotated(section, lane)
-        });
-        for (p, node_pair) in node_pairs.iter().enumerate() {
-            for (lane, has_rotated) in has_rotated.into_iter().enumerate() {
-                let point = &mut self.points[p][lane];
-                let law = context.law(section.laws[lane]);
-                let Some(law) = law.filter(|_| point.failure.is_none()) else { continue };
-                let area = section.quarter.0[lane] * node_pair.elements().len() as f64;
-                let force = element_force(g, section, node_pair, lane)
-                    + elastic_force(point, section, lane, node_pair, local);
-                if !point.fail(law, context, components(force / area), has_rotated, losses) {
-                    self.bonded = true;
-                    continue;
-                }
-                self.set_failed(node_pairs, p, lane);
-            }
-        }
-        self.newly_failed.len() > before
-    }
-
-    /// Marks a pair as failed and removes the elements that hold it.
-    pub fn set_failed(&mut self, node_pairs: &[NodePair], p: usize, lane: usize) {
-        self.newly_failed.push((p as u32, lane as u8));
-        node_pairs[p].elements().for_each(|e| self.alive[e].0[lane] = 0.0);
-    }
-
-    /// Transfers the forces of removed elements to springs without a jump at any pair. `forces` are
-    /// the nodal forces before and after the removal; `du` are the displacement increments of the
-    /// last step.
-    pub fn transfer_to_springs(
-        &mut self,
-        FaceLattice { node_pairs, section }: FaceLattice<'_>,
-        local: &[Lanes],
-        du: &[Lanes],
-        forces: [&[Lanes]; 2],
-        losses: &mut Losses,
-    ) {
-        losses.fracture += lost(local, forces);
-        let old: Vec<[f64; LANES]> = self.points.iter().map(|p| p.map(|p| p.area)).collect();
-        self.update_areas(node_pairs, section);
-        for (p, (node_pair, old)) in node_pairs.iter().zip(old).enumerate() {
-            for (lane, old) in old.into_iter().enumerate() {
-                let point = &mut self.points[p][lane];
-                if point.area == old {
-                    continue;
-                }
-                let before = JointPoint { area: old, ..*point };
-                let springs = elastic_force(&before, section, lane, node_pair, local);
-                let removed = forces.map(|g| element_force(g, section, node_pair, lane));
-                let force = springs + removed[0] - removed[1];
-                losses.fracture += energy(section, lane, springs, old);
-                losses.fracture -= energy(section, lane, force, point.area);
-                let k = section.stiffness(lane);
-                let traction = components(force / point.area);
-                let elastic = vector(traction.normal / k.normal, traction.shear / k.shear);
-                point.origin = across(local, section, node_pair, lane) - elastic;
-                // The part of the forces that is equal at both nodes vanishes before it does its
-                // half of the work over the last displacement increment.
-                let [a, b] = node_pair.sides;
-                let alike =
-                    [a, b].map(|node| at(forces[0], node, lane) - at(forces[1], node, lane));
-                let increments = at(du, a, lane) + at(du, b, lane);
-                losses.fracture -= 0.25 * (alike[0] + alike[1]).dot(&increments);
-            }
-        }
-        // The law of a failed pair begins at the traction at failure.
-        for &(p, lane) in &self.newly_failed {
-            let (node_pair, lane) = (&node_pairs[p as usize], lane as usize);
-            let point = &mut self.points[p as usize][lane];
-            let traction =
-                components(elastic_force(point, section, lane, node_pair, local) / point.area);
-            point.begin(traction, traction.normal / section.stiffness(lane).normal);
-        }
-    }
-
-    /// Adds the spring forces to `g`, the forces `K u` of the elements that are left.
-    pub fn add_spring_forces(
-        &mut self,
-        FaceLattice { node_pairs, section }: FaceLattice<'_>,
-        context: PairContext<'_>,
-        SideDisplacements { local, du, grounds }: SideDisplacements<'_>,
+        sides: SideDisplacements<'_>,
         g: &mut [Lanes],
         losses: &mut Losses,
     ) -> SpringForces {
+        let (section, grounds) = (face.section, sides.grounds);
         let grounded = Lanes(grounds.map(|ground| f64::from(u8::from(ground.is_some()))));
         let mut pull = SpringForces { grounded, ..SpringForces::default() };
-        for (p, node_pair) in node_pairs.iter().enumerate() {
-            for (lane, ground) in grounds.iter().enumerate() {
-                let point = &mut self.points[p][lane];
-                if point.area == 0.0 {
-                    continue;
-                }
-                let area = point.area;
-                let mut relative_displacement = across(local, section, node_pair, lane);
-                if let Some(GroundFrame { opening_rotation, shift, .. }) = ground {
-                    relative_displacement = opening_rotation * relative_displacement + shift;
-                }
+        let axes = lane_axes(simd, section);
+        let springs = ElasticSprings::new(simd, section, &axes);
+        for (p, node_pair) in face.node_pairs.iter().enumerate() {
+            let points = &mut self.points[p];
+            let [a, b] = node_pair.sides;
+            let difference =
+                sub(load_at(simd, sides.local, 3 * b), load_at(simd, sides.local, 3 * a));
+            let relative_displacement = transposed_times(&axes, difference);
+            let acts = points.each_ref().map(|point| point.area != 0.0);
+            let bonded = points.each_ref().map(|point| point.failure.is_none());
+            let elastic =
+                [0, 1, 2, 3].map(|lane| acts[lane] && bonded[lane] && grounds[lane].is_none());
+            if elastic != [false; LANES] {
+                let force = springs.force(simd, points, elastic, relative_displacement, &mut pull);
+                store_at(g, 3 * a, sub(load_at(simd, g, 3 * a), force));
+                store_at(g, 3 * b, add(load_at(simd, g, 3 * b), force));
+            }
+            let relative_displacement = relative_displacement.map(Lanes::from);
+            for lane in (0..LANES).filter(|&lane| acts[lane] && !elastic[lane]) {
                 let just_failed =
-                    du.filter(|_| self.newly_failed.contains(&(p as u32, lane as u8)));
+                    sides.du.filter(|_| self.newly_failed.contains(&(p as u32, lane as u8)));
                 let du = just_failed.map(|du| across(du, section, node_pair, lane));
-                let law = context.law(section.laws[lane]).filter(|_| point.failure.is_some());
-                let springs = context.springs(section.stiffness(lane), section.dashpot.0[lane]);
-                losses.add_point(area, point.update(law, &springs, relative_displacement, du));
-                if context.relaxing && law.is_some() {
-                    point.set_equilibrium();
-                }
-                let Traction { normal: t_n, shear } = point.state.total_traction();
-                let axes = ground.as_ref().map_or(&section.axes, |ground| &ground.axes);
-                let force = axes * vector(t_n, shear) * area;
-                // The ground block takes the whole couple.
-                let couple = match ground {
-                    Some(_) => Vector3::zeros(),
-                    None => (axes * vector(0.0, point.state.slip)).cross(&force),
+                let point = &mut points[lane];
+                let pair = FailedPair {
+                    section,
+                    lane,
+                    sides: [a, b],
+                    relative_displacement: lane_of(&relative_displacement, lane),
+                    du,
                 };
-                let [a, b] = node_pair.sides;
-                for c in 0..3 {
-                    g[3 * a + c].0[lane] -= force[c];
-                    g[3 * b + c].0[lane] += force[c];
-                    pull.force[c].0[lane] += force[c];
-                    pull.couple[c].0[lane] += couple[c];
-                }
-                pull.stored.0[lane] += area * stored(section.stiffness(lane), &point.state);
+                pair.add(context, point, grounds[lane].as_ref(), g, losses, &mut pull);
             }
         }
         pull
     }
 }
 
-/// Force of the springs of a bonded pair on side a, along the joint's own axes `[N]`.
-fn elastic_force(
-    point: &JointPoint,
-    section: &JointSection,
+/// Springs of the bonded pairs of a joint section, four side by side.
+struct ElasticSprings<'a, S: Simd> {
+    axes: &'a Matrix<S>,
+    /// Normal and shear stiffness `[Pa/m]`.
+    stiffness: [f64x4<S>; 2],
+    /// Half the compliance in shear `[m/Pa]`; 0 without a joint.
+    half_compliance: f64x4<S>,
+}
+
+impl<'a, S: Simd> ElasticSprings<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, section: &JointSection, axes: &'a Matrix<S>) -> Self {
+        let [normal, shear] = section.stiffnesses();
+        let compliance = shear.0.map(|k| if k > 0.0 { 0.5 / k } else { 0.0 });
+        let stiffness = [normal.load(simd), shear.load(simd)];
+        Self { axes, stiffness, half_compliance: Lanes(compliance).load(simd) }
+    }
+
+    /// Updates the points of a pair in the `elastic` lanes. Returns their forces on side a `[N]`, 0
+    /// in the other lanes.
+    #[inline(always)]
+    fn force(
+        &self,
+        simd: S,
+        points: &mut [JointPoint; LANES],
+        elastic: [bool; LANES],
+        relative_displacement: Vector<S>,
+        pull: &mut SpringForces,
+    ) -> Vector<S> {
+        let own = sub(relative_displacement, origins(simd, points));
+        let traction = elastic_traction(self.stiffness, own);
+        let area = [0, 1, 2, 3].map(|lane| if elastic[lane] { points[lane].area } else { 0.0 });
+        let area = Lanes(area).load(simd);
+        let force = scale(times(self.axes, traction), area);
+        pull.force = add(load(simd, &pull.force), force).map(Lanes::from);
+        let shear = traction[1] * traction[1] + traction[2] * traction[2];
+        let stored = traction[0] * own[0] * 0.5 + shear * self.half_compliance;
+        pull.stored = Lanes::from(pull.stored.load(simd) + area * stored);
+        let (gap, traction) = (Lanes::from(own[0]), traction.map(Lanes::from));
+        for lane in (0..LANES).filter(|&lane| elastic[lane]) {
+            let state = &mut points[lane].state;
+            (state.traction, state.gap) = (components(lane_of(&traction, lane)), gap.0[lane]);
+        }
+        force
+    }
+}
+
+/// Failed pair of one lane, or one whose springs rotate with the ground.
+struct FailedPair<'a> {
+    section: &'a JointSection,
     lane: usize,
-    node_pair: &NodePair,
-    local: &[Lanes],
-) -> Vector3<f64> {
-    if point.area == 0.0 {
-        return Vector3::zeros();
-    }
-    let elastic = point.elastic(section.stiffness(lane), across(local, section, node_pair, lane));
-    vector(elastic.normal, elastic.shear) * point.area
+    /// Nodes on sides a and b.
+    sides: [usize; 2],
+    /// Displacement of side b relative to side a, along the joint's axes `[m]`.
+    relative_displacement: Vector3<f64>,
+    /// Increment of that displacement in the last step, if the pair has just failed `[m]`.
+    du: Option<Vector3<f64>>,
 }
 
-/// Energy of springs that carry a force over an area `[J]`.
-fn energy(section: &JointSection, lane: usize, force: Vector3<f64>, area: f64) -> f64 {
-    if area == 0.0 {
-        return 0.0;
+impl FailedPair<'_> {
+    /// Adds the forces of the pair to its nodes.
+    fn add(
+        self,
+        context: PairContext<'_>,
+        point: &mut JointPoint,
+        ground: Option<&GroundFrame>,
+        g: &mut [Lanes],
+        losses: &mut Losses,
+        pull: &mut SpringForces,
+    ) {
+        let Self { section, lane, sides: [a, b], mut relative_displacement, du } = self;
+        if let Some(GroundFrame { opening_rotation, shift, .. }) = ground {
+            relative_displacement = opening_rotation * relative_displacement + shift;
+        }
+        let area = point.area;
+        let law = context.law(section.laws[lane]).filter(|_| point.failure.is_some());
+        let springs = context.springs(section.stiffness(lane), section.dashpot.0[lane]);
+        losses.add_point(area, point.update(law, &springs, relative_displacement, du));
+        if context.relaxing && law.is_some() {
+            point.set_equilibrium();
+        }
+        let Traction { normal, shear } = point.state.total_traction();
+        let axes = ground.map_or(&section.axes, |ground| &ground.axes);
+        let force = axes * vector(normal, shear) * area;
+        // The ground block takes the whole couple.
+        let couple = match ground {
+            Some(_) => Vector3::zeros(),
+            None => (axes * vector(0.0, point.state.slip)).cross(&force),
+        };
+        for c in 0..3 {
+            g[3 * a + c].0[lane] -= force[c];
+            g[3 * b + c].0[lane] += force[c];
+            pull.force[c].0[lane] += force[c];
+            pull.couple[c].0[lane] += couple[c];
+        }
+        pull.stored.0[lane] += area * stored(section.stiffness(lane), &point.state);
     }
-    let force = components(force);
-    let k = section.stiffness(lane);
-    let both = force.normal * force.normal / k.normal + force.shear.norm_squared() / k.shear;
-    0.5 * both / area
 }
 
-/// Energy that the elements of a lattice lose from one state to the other `[J]`.
-fn lost(local: &[Lanes], [before, after]: [&[Lanes]; 2]) -> f64 {
-    let mut sum = 0.0;
-    for ((u, before), after) in local.iter().zip(before).zip(after) {
-        sum += Lanes(std::array::from_fn(|l| 0.5 * u.0[l] * (before.0[l] - after.0[l]))).sum();
-    }
-    sum
+/// Axes of a joint in all lanes, as columns.
+#[inline(always)]
+pub(super) fn lane_axes<S: Simd>(simd: S, section: &JointSection) -> Matrix<S> {
+    [0, 1, 2].map(|i| [0, 1, 2].map(|j| splat(simd, section.axes[(i, j)])))
+}
+
+/// Origins of four points `[m]`.
+#[inline(always)]
+pub(super) fn origins<S: Simd>(simd: S, points: &[JointPoint; LANES]) -> Vector<S> {
+    [0, 1, 2].map(|c| Lanes(points.each_ref().map(|point| point.origin[c])).load(simd))
+}
+
+/// Elastic tractions for the vectors from the origins `[Pa]`.
+#[inline(always)]
+pub(super) fn elastic_traction<S: Simd>(
+    [normal, shear]: [f64x4<S>; 2],
+    own: Vector<S>,
+) -> Vector<S> {
+    [normal * own[0], shear * own[1], shear * own[2]]
 }
 
 /// Displacement of side b relative to side a, along the joint's axes `[m]`.
-fn across(
+pub(super) fn across(
     local: &[Lanes],
     section: &JointSection,
     node_pair: &NodePair,
@@ -257,17 +254,7 @@ fn across(
     section.axes.tr_mul(&(at(local, b, lane) - at(local, a, lane)))
 }
 
-/// Half the difference of the element forces at the two nodes (M1), along the joint's axes `[N]`.
-fn element_force(
-    g: &[Lanes],
-    section: &JointSection,
-    node_pair: &NodePair,
-    lane: usize,
-) -> Vector3<f64> {
-    across(g, section, node_pair, lane) * 0.5
-}
-
-fn at(field: &[Lanes], node: usize, lane: usize) -> Vector3<f64> {
+pub(super) fn at(field: &[Lanes], node: usize, lane: usize) -> Vector3<f64> {
     lane_of(&[0, 1, 2].map(|c| field[3 * node + c]), lane)
 }
 

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{Configuration, ContactPoint, Contacts, Patch};
 use crate::broken::{BrokenJoints, BrokenLattice};
-use crate::point::{JointPoint, PairContext, PairFailure, vector};
-use ddem_mechanics::law::{FailureMode, JointLaw, Laws, SpringStiffness, Traction};
+use crate::point::{JointPoint, PairContext, vector};
+use ddem_mechanics::law::{JointLaw, Laws, SpringStiffness, Traction};
 use ddem_mechanics::math::exact::ExactSum;
 use ddem_mesh::NO_JOINT;
 use ddem_mesh::joint_sections::{JointSection, JointSections};
@@ -68,7 +68,7 @@ impl Contacts {
                 let block = pack.blocks[lane] as usize;
                 let known = joints[block][d];
                 let (broken, section) = joint(at, broken_joints, index, d, lane)?;
-                if known >= JointStatus::Pending {
+                if known >= JointStatus::Pending || !broken.has_failed(lane) {
                     return None;
                 }
                 let law = laws.get(usize::from(section.laws[lane])).and_then(Option::as_deref);
@@ -178,6 +178,9 @@ impl BrokenLattice {
         lane: usize,
         rigid: bool,
     ) -> bool {
+        if !self.has_failed(lane) {
+            return false;
+        }
         let (moved, any_bonded) = PairMotion::of(self.lane(lane), context.law(section.laws[lane]));
         !any_bonded && !moved.is_released(rigid, section.spacing(lane))
     }
@@ -251,13 +254,7 @@ fn fail_bonded_pairs(
     if law.is_none_or(|law| !law.bonds()) {
         return 0;
     }
-    let mut failed = 0;
-    let bonded = broken.points.iter_mut().filter(|points| points[lane].failure.is_none());
-    bonded.for_each(|points| {
-        points[lane].failure = Some(PairFailure { mode: FailureMode::Shear, time: context.time });
-        failed += 1;
-    });
-    failed
+    broken.fail_bonded(lane, context.time)
 }
 
 /// Removes the springs of a joint. Returns their load and their energy excess `[J]`.

@@ -204,6 +204,7 @@ impl Simulation {
         state.released.iter().for_each(|(&load, released)| model.set_released(load, released));
         state.contacts.index();
         state.contacts.bonds_mut().for_each(|(_, bond)| bond.law = bond.joint);
+        state.broken_joints.count_failed();
         state.broken_joints.recheck();
         let mut simulation = Self::with_state(model, state, simd);
         simulation.restore_run(run);

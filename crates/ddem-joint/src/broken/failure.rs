@@ -1,0 +1,261 @@
+//! Failure of the pairs of one joint lattice, and the springs that then replace its elements.
+
+use fearless_simd::Simd;
+use nalgebra::Vector3;
+
+use super::BrokenLattice;
+use super::springs::{across, at, elastic_traction, lane_axes, origins};
+use crate::losses::Losses;
+use crate::point::{JointPoint, PairContext, PairFailure, components, vector};
+use ddem_mechanics::law::{FailureMode, JointLaw};
+use ddem_mechanics::math::lanes::{
+    LANES, Lanes, add, dot, load_at, scale, splat, sub, transposed_times,
+};
+use ddem_mesh::NO_JOINT;
+use ddem_mesh::joint_sections::{FaceLattice, JointSection};
+use ddem_mesh::numbering::NodePair;
+
+/// Tractions of the pairs of a joint lattice, pair by pair and lane by lane.
+#[derive(Debug, Default)]
+pub struct PairTractions {
+    /// Normal tractions, tension positive `[Pa]`.
+    normal: Vec<f64>,
+    /// Squares of the shear tractions `[Pa²]`.
+    shear_squared: Vec<f64>,
+}
+
+impl PairTractions {
+    /// True if any bonded pair fails under the element forces `g` (`K u`) plus the forces of its
+    /// springs, if there are any; all pairs are checked at once.
+    #[inline(always)]
+    pub fn any_failure<S: Simd>(
+        &mut self,
+        simd: S,
+        FaceLattice { node_pairs, section }: FaceLattice<'_>,
+        context: PairContext<'_>,
+        broken: Option<&BrokenLattice>,
+        [local, g]: [&[Lanes]; 2],
+    ) -> bool {
+        let law = |lane: usize| context.law(section.laws[lane]);
+        if (0..LANES).all(|lane| law(lane).is_none()) {
+            return false;
+        }
+        let n = LANES * node_pairs.len();
+        let Self { normal: normals, shear_squared: shears } = self;
+        normals.resize(n.max(normals.len()), 0.0);
+        shears.resize(n.max(shears.len()), 0.0);
+        let axes = lane_axes(simd, section);
+        let direction = axes.map(|row| row[0]);
+        let divisor = context.failure_divisor.unwrap_or(1.0);
+        let half = splat(simd, 0.5 / divisor);
+        let per_quarter = section.per_quarter.load(simd);
+        let stiffness = section.stiffnesses().map(|k| k.load(simd));
+        let targets =
+            normals.as_chunks_mut::<LANES>().0.iter_mut().zip(shears.as_chunks_mut::<LANES>().0);
+        for (p, (node_pair, (normal, shear))) in node_pairs.iter().zip(targets).enumerate() {
+            let [a, b] = node_pair.sides;
+            let difference = |field| sub(load_at(simd, field, 3 * b), load_at(simd, field, 3 * a));
+            let inverse_count = node_pair.inverse_count();
+            let traction = scale(difference(g), per_quarter * half * inverse_count);
+            let Some(broken) = broken else {
+                let along = dot(traction, direction);
+                let across = sub(traction, scale(direction, along));
+                *normal = Lanes::from(along).0;
+                *shear = Lanes::from(dot(across, across)).0;
+                continue;
+            };
+            let points = &broken.points[p];
+            let own = sub(transposed_times(&axes, difference(local)), origins(simd, points));
+            // Springs act on a part of the area of the pair. Failed pairs count as unloaded.
+            let area = Lanes(points.each_ref().map(|point| point.area / divisor)).load(simd);
+            let springs =
+                scale(elastic_traction(stiffness, own), area * per_quarter * inverse_count);
+            let traction = add(transposed_times(&axes, traction), springs);
+            let across = traction[1] * traction[1] + traction[2] * traction[2];
+            (*normal, *shear) = (Lanes::from(traction[0]).0, Lanes::from(across).0);
+            for lane in (0..LANES).filter(|&lane| points[lane].failure.is_some()) {
+                (normal[lane], shear[lane]) = (0.0, 0.0);
+            }
+        }
+        let (normals, shears) = (&normals[..n], &shears[..n]);
+        // Most packs have one joint in all lanes. Then one law checks all pairs at once.
+        let first = section.laws.iter().position(|&law| law != NO_JOINT).unwrap_or(0);
+        if section.laws.iter().all(|law| [section.laws[first], NO_JOINT].contains(law)) {
+            return law(first).is_some_and(|law| law.any_failure(normals, shears));
+        }
+        let fails =
+            |law: &dyn JointLaw, at: usize| law.any_failure(&normals[at..=at], &shears[at..=at]);
+        let points = |lane: usize| (lane..n).step_by(LANES);
+        (0..LANES).any(|lane| law(lane).is_some_and(|law| points(lane).any(|at| fails(law, at))))
+    }
+}
+
+impl BrokenLattice {
+    /// Fails the overloaded bonded pairs under the element forces `g` (`K u`) plus the spring forces.
+    /// Removes the elements that hold a failed pair. Returns true if any pair failed.
+    #[inline(always)]
+    pub fn fail<S: Simd>(
+        &mut self,
+        simd: S,
+        face: FaceLattice<'_>,
+        context: PairContext<'_>,
+        [local, g]: [&[Lanes]; 2],
+        tractions: &mut PairTractions,
+        losses: &mut Losses,
+    ) -> bool {
+        if context.failure_divisor.is_none() || !self.bonded {
+            return false;
+        }
+        let overloaded = tractions.any_failure(simd, face, context, Some(self), [local, g]);
+        let has_rotated: [bool; LANES] = std::array::from_fn(|lane| {
+            context.releases_rotated_joints && self.has_rotated(face.section, lane)
+        });
+        if !overloaded && has_rotated == [false; LANES] {
+            return false;
+        }
+        self.fail_each(face, context, [local, g], has_rotated, losses)
+    }
+
+    /// Fails the overloaded bonded pairs one by one, and all bonded pairs of joints that have rotated.
+    fn fail_each(
+        &mut self,
+        FaceLattice { node_pairs, section }: FaceLattice<'_>,
+        context: PairContext<'_>,
+        [local, g]: [&[Lanes]; 2],
+        has_rotated: [bool; LANES],
+        losses: &mut Losses,
+    ) -> bool {
+        let before = self.newly_failed.len();
+        self.bonded = false;
+        for (p, node_pair) in node_pairs.iter().enumerate() {
+            for (lane, has_rotated) in has_rotated.into_iter().enumerate() {
+                let point = &mut self.points[p][lane];
+                let law = context.law(section.laws[lane]);
+                let Some(law) = law.filter(|_| point.failure.is_none()) else { continue };
+                let area = section.quarter.0[lane] * node_pair.elements().len() as f64;
+                let force = element_force(g, section, node_pair, lane)
+                    + elastic_force(point, section, lane, node_pair, local);
+                if !point.fail(law, context, components(force / area), has_rotated, losses) {
+                    self.bonded = true;
+                    continue;
+                }
+                self.set_failed(node_pairs, p, lane);
+            }
+        }
+        self.newly_failed.len() > before
+    }
+
+    /// Marks a pair as failed and removes the elements that hold it.
+    pub fn set_failed(&mut self, node_pairs: &[NodePair], p: usize, lane: usize) {
+        self.newly_failed.push((p as u32, lane as u8));
+        self.failed[lane] += 1;
+        node_pairs[p].elements().for_each(|e| self.alive[e].0[lane] = 0.0);
+    }
+
+    /// Marks the bonded pairs of a lane as failed in shear. Returns their number.
+    pub fn fail_bonded(&mut self, lane: usize, time: f64) -> u64 {
+        let mut failed = 0;
+        for points in &mut self.points {
+            if points[lane].failure.is_none() {
+                points[lane].failure = Some(PairFailure { mode: FailureMode::Shear, time });
+                failed += 1;
+            }
+        }
+        self.failed[lane] += failed;
+        u64::from(failed)
+    }
+
+    /// Transfers the forces of removed elements to springs without a jump at any pair. `forces` are
+    /// the nodal forces before and after the removal; `du` are the displacement increments of the
+    /// last step.
+    pub fn transfer_to_springs(
+        &mut self,
+        FaceLattice { node_pairs, section }: FaceLattice<'_>,
+        local: &[Lanes],
+        du: &[Lanes],
+        forces: [&[Lanes]; 2],
+        losses: &mut Losses,
+    ) {
+        losses.fracture += lost(local, forces);
+        let old: Vec<[f64; LANES]> = self.points.iter().map(|p| p.map(|p| p.area)).collect();
+        self.update_areas(node_pairs, section);
+        for (p, (node_pair, old)) in node_pairs.iter().zip(old).enumerate() {
+            for (lane, old) in old.into_iter().enumerate() {
+                let point = &mut self.points[p][lane];
+                if point.area == old {
+                    continue;
+                }
+                let before = JointPoint { area: old, ..*point };
+                let springs = elastic_force(&before, section, lane, node_pair, local);
+                let removed = forces.map(|g| element_force(g, section, node_pair, lane));
+                let force = springs + removed[0] - removed[1];
+                losses.fracture += energy(section, lane, springs, old);
+                losses.fracture -= energy(section, lane, force, point.area);
+                let k = section.stiffness(lane);
+                let traction = components(force / point.area);
+                let elastic = vector(traction.normal / k.normal, traction.shear / k.shear);
+                point.origin = across(local, section, node_pair, lane) - elastic;
+                // The part of the forces that is equal at both nodes vanishes before it does its
+                // half of the work over the last displacement increment.
+                let [a, b] = node_pair.sides;
+                let alike =
+                    [a, b].map(|node| at(forces[0], node, lane) - at(forces[1], node, lane));
+                let increments = at(du, a, lane) + at(du, b, lane);
+                losses.fracture -= 0.25 * (alike[0] + alike[1]).dot(&increments);
+            }
+        }
+        // The law of a failed pair begins at the traction at failure.
+        for &(p, lane) in &self.newly_failed {
+            let (node_pair, lane) = (&node_pairs[p as usize], lane as usize);
+            let point = &mut self.points[p as usize][lane];
+            let traction =
+                components(elastic_force(point, section, lane, node_pair, local) / point.area);
+            point.begin(traction, traction.normal / section.stiffness(lane).normal);
+        }
+    }
+}
+
+/// Force of the springs of a bonded pair on side a, along the joint's own axes `[N]`.
+fn elastic_force(
+    point: &JointPoint,
+    section: &JointSection,
+    lane: usize,
+    node_pair: &NodePair,
+    local: &[Lanes],
+) -> Vector3<f64> {
+    if point.area == 0.0 {
+        return Vector3::zeros();
+    }
+    let elastic = point.elastic(section.stiffness(lane), across(local, section, node_pair, lane));
+    vector(elastic.normal, elastic.shear) * point.area
+}
+
+/// Energy of springs that carry a force over an area `[J]`.
+fn energy(section: &JointSection, lane: usize, force: Vector3<f64>, area: f64) -> f64 {
+    if area == 0.0 {
+        return 0.0;
+    }
+    let force = components(force);
+    let k = section.stiffness(lane);
+    let both = force.normal * force.normal / k.normal + force.shear.norm_squared() / k.shear;
+    0.5 * both / area
+}
+
+/// Energy that the elements of a lattice lose from one state to the other `[J]`.
+fn lost(local: &[Lanes], [before, after]: [&[Lanes]; 2]) -> f64 {
+    let mut sum = 0.0;
+    for ((u, before), after) in local.iter().zip(before).zip(after) {
+        sum += Lanes(std::array::from_fn(|l| 0.5 * u.0[l] * (before.0[l] - after.0[l]))).sum();
+    }
+    sum
+}
+
+/// Half the difference of the element forces at the two nodes (M1), along the joint's axes `[N]`.
+fn element_force(
+    g: &[Lanes],
+    section: &JointSection,
+    node_pair: &NodePair,
+    lane: usize,
+) -> Vector3<f64> {
+    across(g, section, node_pair, lane) * 0.5
+}
