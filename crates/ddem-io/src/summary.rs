@@ -74,7 +74,7 @@ pub struct FailedPairs {
 pub struct InterfaceSummary {
     /// Names of the two sets.
     pub sets: [String; 2],
-    /// Name of the joint that joins them; `null` if their blocks meet as contacts.
+    /// Name of the joint that joins them; `null` if their blocks interact by contact.
     pub joint: Option<String>,
     /// Number of pairs of touching faces.
     pub faces: u64,

@@ -45,7 +45,7 @@ duration = 1e-4
 
 const JOINED: &str = "sets `bed` and `block` are joined by joint `seam` over 8 faces";
 const TOUCH: &str =
-    "sets `bed` and `loose` touch over 1 face without a joint: their blocks meet as contacts";
+    "sets `bed` and `loose` touch over 1 face without a joint: their blocks interact by contact";
 
 #[test]
 fn report_lists_joined_and_touching_sets() {

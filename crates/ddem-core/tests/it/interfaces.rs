@@ -110,8 +110,7 @@ fn joint_of_later_set_or_assignment_applies_between_sets() {
 fn sets_without_joint_make_contact() {
     let mut deck = block_over_bed(0.0);
     deck.blocks[1].joint = None;
-    let touching =
-        "sets `bed` and `block` touch over 4 faces without a joint: their blocks meet as contacts";
+    let touching = "sets `bed` and `block` touch over 4 faces without a joint: their blocks interact by contact";
     assert_eq!(messages(&deck), [touching]);
     deck.blocks[1].origin = [0.0, 0.0, 1.0];
     assert_eq!(messages(&deck), [touching.replace("4 faces", "1 face")]);

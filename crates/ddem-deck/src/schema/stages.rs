@@ -73,8 +73,8 @@ pub struct Stage {
     )]
     #[schemars(extend("default" = TimeStep::default()))]
     pub time_step: Option<TimeStep>,
-    /// dynamic: end as soon as blocks are at rest, or fail: keep moving without slowing down;
-    /// default `false`.
+    /// dynamic: end as soon as blocks are at rest, or fail (move without slowing down); default
+    /// `false`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("default" = bool::default()))]
     pub until_rest: Option<bool>,

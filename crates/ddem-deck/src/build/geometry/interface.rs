@@ -13,7 +13,7 @@ use ddem_core::problem::{Geometry, NonconformingJoint};
 pub struct Interface {
     /// Names of the two sets, in the order of the deck.
     pub sets: [String; 2],
-    /// Name of the joint that joins them; `None` if their blocks meet as contacts.
+    /// Name of the joint that joins them; `None` if their blocks interact by contact.
     pub joint: Option<String>,
     /// Number of pairs of touching faces, one of each set.
     pub faces: usize,
@@ -27,7 +27,7 @@ impl fmt::Display for Interface {
             Some(joint) => write!(f, "sets `{a}` and `{b}` are joined by joint `{joint}` {over}"),
             None => write!(
                 f,
-                "sets `{a}` and `{b}` touch {over} without a joint: their blocks meet as contacts"
+                "sets `{a}` and `{b}` touch {over} without a joint: their blocks interact by contact"
             ),
         }
     }
