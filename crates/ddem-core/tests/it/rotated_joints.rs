@@ -1,4 +1,4 @@
-//! A block that turns about the last bonded pairs of a joint: the joint releases them before the
+//! A block that rotates about the last bonded pairs of a joint: the joint releases them before the
 //! block penetrates the other.
 
 use ddem_core::Simulation;
@@ -7,7 +7,7 @@ use ddem_deck::*;
 use crate::decks::*;
 use crate::unbonded_blocks::{all_corners, deepest};
 
-/// Block on another block that turns about an edge at the side x = 1.
+/// Block on another block that rotates about an edge at the side x = 1.
 #[derive(Clone, Copy, Debug)]
 struct Hinge {
     divisions: u32,

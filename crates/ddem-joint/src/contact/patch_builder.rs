@@ -178,11 +178,11 @@ impl PatchBuilder<'_> {
     pub(super) fn has_moved(&self, patch: &Patch) -> bool {
         let [own, other] = patch.order().map(|block| self.configuration.rotation(block));
         let relative_position = own.tr_mul(&self.relative_position(patch.blocks));
-        let turned =
+        let axis_change =
             |k: usize| (other * patch.axes_in_other[k].map(f64::from) - own * patch.axes[k]).norm();
         let [a, b] = patch.blocks.map(|block| self.configuration.blocks[block as usize].size);
         let motion = (relative_position - patch.relative_position).norm()
-            + a.min(b) * (turned(0) + turned(1));
+            + a.min(b) * (axis_change(0) + axis_change(1));
         motion > f64::from(patch.limit) || !motion.is_finite()
     }
 

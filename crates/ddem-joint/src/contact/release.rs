@@ -94,7 +94,7 @@ fn status_of(
 ) -> JointStatus {
     let (moved, any_bonded) = PairMotion::of(broken.lane(lane), law);
     // Without bond strength an unfailed pair holds no more than a failed one. Neither do the last
-    // two pairs of rigid blocks: they lie at quarter points, but the block turns about its edge.
+    // two pairs of rigid blocks: they lie at quarter points, but the block rotates about its edge.
     let has_rotated = pack.rigid && moved.open >= 2;
     let bonded = any_bonded && !has_rotated && law.is_none_or(|law| law.bonds());
     moved.status(bonded, pack.rigid, section.spacing(lane))
@@ -147,7 +147,7 @@ impl PairMotion {
     }
 
     /// True if a contact must replace the joint. Between rigid blocks this happens when one pair
-    /// opens, because their pairs are not at the corners about which a block turns.
+    /// opens, because their pairs are not at the corners about which a block rotates.
     fn is_released(self, rigid: bool, spacing: f64) -> bool {
         let open = match (self.softens, rigid) {
             (true, _) => SLID,
