@@ -18,7 +18,7 @@ pub(crate) fn withstands_damage(deck: &Deck, saved: &Saved, places: usize) {
         assert!(restore(deck, whole[..length].to_vec()).is_err(), "{length} of {n} bytes");
     }
     let longer = restore(deck, [whole, &[0]].concat());
-    assert!(longer.is_err_and(|error| error.to_string().contains("beyond its end")));
+    assert!(longer.is_err_and(|error| error.to_string().contains("bytes after the end")));
     let ends = (0..200.min(n)).chain(n.saturating_sub(100)..n);
     let places: Vec<usize> = ends.chain((0..places).map(|_| any(n))).collect();
     let (mut refused, mut stopped, mut ran) = (0, 0, 0);
