@@ -178,8 +178,8 @@ fn boundary(
     if entry.kind == BoundaryKind::FreeField {
         let mut ground = ColumnBuilder::new(geometry, start, properties, first);
         for surface in &surfaces {
-            let strips = region.strips(geometry, surface);
-            ground.add_columns(surface, strips).map_err(|why| no_column(why, &place))?;
+            let lengths = region.tributary_lengths(geometry, surface);
+            ground.add_columns(surface, lengths).map_err(|why| no_column(why, &place))?;
         }
         (boundary.columns, boundary.sides) = ground.done();
         boundary.dashpots =

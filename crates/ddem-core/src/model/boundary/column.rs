@@ -202,11 +202,11 @@ impl<'a> ColumnBuilder<'a> {
         (self.columns, self.sides)
     }
 
-    /// Adds the columns behind the nodes of a face, given with their strips.
+    /// Adds the columns behind the nodes of a face, given with their tributary lengths.
     pub fn add_columns(
         &mut self,
         face: &BlockFace,
-        strips: Vec<TributaryLengths>,
+        lengths: Vec<TributaryLengths>,
     ) -> Result<(), NoColumn> {
         let geometry = self.geometry;
         let block = face.block;
@@ -215,7 +215,7 @@ impl<'a> ColumnBuilder<'a> {
         let outward = face.outward(geometry);
         let impedance = resistance(&rock, &outward);
         let raised = geometry.axes(block)[upright].z > 0.0;
-        for (node, slant, along) in strips {
+        for (node, slant, along) in lengths {
             let second = (face.direction() + 2) % 3 == upright;
             let [width, height] = [along[usize::from(!second)], along[usize::from(second)]];
             let width = slant * (width[0] + width[1]);

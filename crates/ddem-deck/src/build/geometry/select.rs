@@ -245,11 +245,15 @@ impl Region {
     pub(crate) fn areas(&self, geometry: &Geometry, face: &BlockFace) -> Vec<(u32, f64)> {
         let area =
             |(node, slant, [e, f]): TributaryLengths| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
-        self.strips(geometry, face).into_iter().map(area).collect()
+        self.tributary_lengths(geometry, face).into_iter().map(area).collect()
     }
 
     /// Lengths whose products are the tributary areas.
-    pub(crate) fn strips(&self, geometry: &Geometry, face: &BlockFace) -> Vec<TributaryLengths> {
+    pub(crate) fn tributary_lengths(
+        &self,
+        geometry: &Geometry,
+        face: &BlockFace,
+    ) -> Vec<TributaryLengths> {
         let BlockFace { block, face } = *face;
         let normal = face.direction;
         let lattice = geometry.lattice(block);
@@ -257,7 +261,7 @@ impl Region {
         let slant = lattice.axes[e].cross(&lattice.axes[f]).norm();
         let is_outer = |other: usize| BlockFace { block: other, face }.is_outer(geometry);
         let topology = geometry.topology(block);
-        let mut strips = Vec::new();
+        let mut lengths = Vec::new();
         for (j, i) in topology.lines().flat_map(|j| topology.lines().map(move |i| (j, i))) {
             let at = topology.on_face(face, [i, j]);
             let length =
@@ -265,9 +269,9 @@ impl Region {
             let (along_e, along_f) = (length(e), length(f));
             let area = slant * (along_e[0] + along_e[1]) * (along_f[0] + along_f[1]);
             if area > 0.0 {
-                strips.push((geometry.node(block, at) as u32, slant, [along_e, along_f]));
+                lengths.push((geometry.node(block, at) as u32, slant, [along_e, along_f]));
             }
         }
-        strips
+        lengths
     }
 }
