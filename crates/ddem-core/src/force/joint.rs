@@ -313,13 +313,13 @@ pub(crate) fn face_forces<S: Simd>(
 ) {
     let n = at.nodes(input.moved.packs);
     forces.resize(3 * n, Lanes::ZERO);
-    let turned = element_forces(simd, input, at, broken, work);
+    let rotated = element_forces(simd, input, at, broken, work);
     for i in 0..n {
         let g = load_at(simd, &work.g, 3 * i);
-        let g = turned.as_ref().map_or(g, |r| times(r, g));
+        let g = rotated.as_ref().map_or(g, |r| times(r, g));
         store_at(forces, 3 * i, sub(zero(simd), g));
     }
-    *rotation = match turned {
+    *rotation = match rotated {
         Some(r) => r.map(|row| row.map(Lanes::from)),
         None => Frame::REST.rotation,
     };
