@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::energy::closes;
 use super::incline_contact::body;
-use super::record::Tolerance::{Absolute, Relative};
+use super::record::Tolerance::{Of, Relative};
 use super::record::{at_most, between, check, consistent, of};
 use super::rotation::invariants;
 use super::shared::{Run, deck, edited, example, run, simulation};
@@ -70,15 +70,15 @@ fn collision_of_two_blocks_is_exact() {
         let first = if kind == "rigid" { 8 } else { 27 };
         let [momentum, angular] = changes(&text, first);
         let what = format!("momentum: largest relative change, {kind}");
-        consistent(case, &what, 0.0, momentum, Absolute(1e-12));
+        consistent(case, &what, 0.0, momentum, Of(1.0, 1e-12));
         let what = format!("angular momentum: largest relative change, {kind}");
-        consistent(case, &what, 0.0, angular, Absolute(1e-12));
+        consistent(case, &what, 0.0, angular, Of(1.0, 1e-12));
         let run = run(&text);
         if kind == "rigid" {
             let centre = (last(&run, "first") + last(&run, "second")) / 2.0;
             for (axis, exact) in [(0, 0.3), (1, 0.015), (2, 0.0)] {
                 let what = format!("way of the centre, {} [m]", ["x", "y", "z"][axis]);
-                check(case, &what, exact, centre[axis], Absolute(1e-9 * 0.3));
+                check(case, &what, exact, centre[axis], Of(0.3, 1e-9));
             }
         }
         let [a, b] = [("first", [-0.55, 0.05, 0.15]), ("second", [0.05, 0.35, 0.25])]
@@ -131,7 +131,8 @@ fn cube_rebounds_from_wall() {
             let what = format!("{how}, {kind}");
             let impulse = 1e-5 * run.probes.column("wall.x").iter().sum::<f64>();
             let gained = momentum(&text) + 5.0 * mass;
-            consistent(case, &format!("impulse, {what} [N s]"), gained, impulse, Relative(1e-6));
+            let name = format!("impulse of the wall, expected: change of momentum, {what} [N s]");
+            consistent(case, &name, gained, impulse, Relative(1e-6));
             let back = gained / mass - 5.0;
             let speed = format!("comes back at, {what} [m/s]");
             match kind {

@@ -5,10 +5,13 @@ use ddem_deck::Deck;
 use ddem_deck::{Assign, BlockSet, Body, Damping, Extent, History, Joint, Load, TimeStep, Where};
 use nalgebra::{Rotation3, Unit, Vector3};
 
-use super::record::Tolerance::{Absolute, Relative};
+use super::record::Tolerance::{Of, Relative};
 use super::record::{Case, at_most, check, consistent, of};
 use super::rotation::invariants;
 use super::shared::{Run, deck, edited, example, run};
+
+/// Energy that blocks may gain, as a part of that at the start.
+const NO_GAIN: f64 = 1e-9;
 
 /// Kinetic and strain energy minus the work of loads: largest value and value at the start `[J]`.
 fn free_energy(run: &Run) -> [f64; 2] {
@@ -32,7 +35,7 @@ fn rebounding_block_never_rises_higher() {
         let height = run.probes.column("block.z").iter().copied().fold(0.0, f64::max);
         check(case, &format!("height, {what} [m]"), 1.0 / (2.0 * 9.81), height, Relative(0.005));
         let [most, first] = free_energy(&run);
-        at_most(case, &format!("energy, {what} [part]"), 1.005, most / first);
+        at_most(case, &format!("energy gained, {what} [part]"), NO_GAIN, most / first - 1.0);
     }
 }
 
@@ -84,7 +87,7 @@ fn blocks_rebounding_from_joint_gain_no_energy() {
         deck.fix.clear();
         let what = format!("pressed, divisions {divisions:?}, joint of {} mm", 1e3 * thickness);
         let last = energies(&deck, 600)[1];
-        at_most(case, &format!("energy at the end, {what} [part]"), 1.005, last);
+        at_most(case, &format!("energy gained at the end, {what} [part]"), NO_GAIN, last - 1.0);
     }
 }
 
@@ -107,7 +110,9 @@ fn springs_failing_on_rebound_gain_no_energy() {
         (seam.cohesion, seam.tension) = (Some(0.5 * tension), Some(tension));
         let most = energies(&deck, 1500)[0];
         let what = format!("springs of {:.1} GPa/m, divisions {divisions}", 1e-9 * stiffness);
-        at_most(case, &format!("energy, {what} [part]"), 1.005, most);
+        // A pair of stiff springs that fails within a step owes the energy that it has gained.
+        let allowed = if stiffness > 1e10 { 5e-3 } else { NO_GAIN };
+        at_most(case, &format!("energy gained, {what} [part]"), allowed, most - 1.0);
     }
 }
 
@@ -131,7 +136,7 @@ fn oblique_impact_loses_friction_work() {
         let what = format!("aslant, divisions {divisions}, joint of {} mm", 1e3 * thickness);
         assert!(energy.friction > 0.02 * first, "{what}");
         let off = energy.contact / first;
-        check(case, &format!("made by contact, {what} [part]"), 0.0, off, Absolute(5e-3));
+        check(case, &format!("made by contact, {what} [part]"), 0.0, off, Of(1.0, 5e-3));
     }
 }
 
@@ -163,7 +168,7 @@ fn joint_failing_after_shock_gains_no_energy() {
         let most = energies(&deck, 600)[0];
         let what =
             format!("three blocks, {holds}, divisions {divisions}, tension {} MPa", 1e-6 * tension);
-        at_most(case, &format!("energy, {what} [part]"), 1.005, most);
+        at_most(case, &format!("energy gained, {what} [part]"), NO_GAIN, most - 1.0);
     }
 }
 
@@ -197,9 +202,9 @@ fn hit(case: Case, what: &str, deck: &Deck) {
         simulation.step().unwrap_or_else(|error| panic!("{what}: {error}"));
         most = most.max(held(&mut simulation));
     }
-    at_most(case, &format!("energy, {what} [part]"), 1.005, most / first);
+    at_most(case, &format!("energy gained, {what} [part]"), NO_GAIN, most / first - 1.0);
     let off = (invariants(&mut simulation).0 - before).norm() / before.norm();
-    consistent(case, &format!("momentum, {what} [part]"), 0.0, off, Absolute(1e-12));
+    consistent(case, &format!("momentum, {what} [part]"), 0.0, off, Of(1.0, 1e-12));
 }
 
 #[test]
@@ -240,7 +245,7 @@ fn colliding_cubes_gain_no_energy() {
     for (body, angle) in [([Body::Rigid; 2], 45.0), ([Body::Deformable, Body::Rigid], 10.0)] {
         let mut deck = turned(cubes.clone(), skew, angle);
         (deck.blocks[0].body, deck.blocks[1].body) = (body[0], body[1]);
-        hit(case, &format!("{angle}°, {body:?}"), &deck);
+        hit(case, &format!("{angle}°, {body:?}").to_lowercase(), &deck);
     }
 }
 
@@ -275,8 +280,8 @@ fn separating_blocks_keep_momentum_and_energy() {
         let kinetic = simulation.energy().kinetic;
         let moment = (2.0 * kinetic * 2.0 * 2400.0).sqrt();
         let off = invariants(&mut simulation).0.norm() / moment;
-        consistent(case, &format!("momentum, {what} [part]"), 0.0, off, Absolute(1e-12));
+        consistent(case, &format!("momentum, {what} [part]"), 0.0, off, Of(1.0, 1e-12));
         let off = simulation.energy().imbalance();
-        consistent(case, &format!("imbalance, {what} [part]"), 0.0, off, Absolute(1e-3));
+        consistent(case, &format!("imbalance, {what} [part]"), 0.0, off, Of(1.0, 1e-3));
     }
 }

@@ -2,7 +2,7 @@
 
 use super::energy::closes;
 use super::record::Tolerance::{Absolute, Relative};
-use super::record::{at_most, check, of};
+use super::record::{at_most, check, consistent, of};
 use super::shared::{edited, example, run};
 
 pub(crate) const G: f64 = 9.81;
@@ -28,8 +28,12 @@ fn block_slides_on_slope_steeper_than_friction() {
     let acceleration = rate(velocities.into_iter().filter(|[time, _]| *time >= 0.02));
     check(case, "acceleration [m/s²]", exact, acceleration, Relative(5e-3));
     let friction = *run.energy.column("friction").last().expect("a row");
-    let work = MASS * resisting * run.last("way.x");
+    // It slides for 0.5 s.
+    let work = MASS * resisting * 0.5 * exact * 0.5 * 0.5;
     check(case, "energy taken by friction [J]", work, friction, Relative(1e-2));
+    let work = MASS * resisting * run.last("way.x");
+    let what = "energy taken by friction, expected: force times the way of the run [J]";
+    consistent(case, what, work, friction, Relative(1e-2));
     let failed = run.summary.failed_pairs.shear + run.summary.failed_pairs.tension;
     check(case, "failed pairs", 9.0, failed as f64, Absolute(0.0));
     closes(case, "", &run);
@@ -88,12 +92,19 @@ fn block_slides_with_friction_of_the_stage() {
         check(case, &what("a contact"), slides, between(0.6, 0.8), Relative(5e-3));
         let brakes = G * slope.sin() - resisting(40.0);
         check(case, &what("braked"), brakes, between(0.82, 1.1), Relative(5e-3));
+        let work =
+            |[slid, braked]: [f64; 2]| MASS * (resisting(10.0) * slid + resisting(40.0) * braked);
+        let taken = *run.energy.column("friction").last().expect("a row");
+        // It slides for 0.8 s, then it is braked for 0.3 s.
+        let exact = [0.5 * slides * 0.8 * 0.8, slides * 0.8 * 0.3 + 0.5 * brakes * 0.3 * 0.3];
+        let what = format!("taken by friction, {kind} [J]");
+        check(case, &what, work(exact), taken, Relative(1e-2));
         let ways = run.probes.series("way.x");
         let slid = ways.iter().filter(|[time, _]| *time <= 0.8).fold(0.0, |_, [_, way]| *way);
-        let braked = run.last("way.x") - slid;
-        let work = MASS * (resisting(10.0) * slid + resisting(40.0) * braked);
-        let taken = *run.energy.column("friction").last().expect("a row");
-        check(case, &format!("taken by friction, {kind} [J]"), work, taken, Relative(1e-2));
+        let found = [slid, run.last("way.x") - slid];
+        let what =
+            format!("taken by friction, expected: force times the way of the run, {kind} [J]");
+        consistent(case, &what, work(found), taken, Relative(1e-2));
         closes(case, &format!(", {kind}"), &run);
     }
 }

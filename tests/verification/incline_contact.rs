@@ -2,8 +2,8 @@
 
 use super::energy::closes;
 use super::incline::{G, rate};
-use super::record::Tolerance::{Absolute, Relative};
-use super::record::{Case, at_least, at_most, check, of};
+use super::record::Tolerance::{Absolute, Of, Relative};
+use super::record::{Case, at_least, at_most, check, consistent, of};
 use super::shared::{Run, edited, example, run};
 
 /// Mass of the block `[kg]`.
@@ -51,8 +51,13 @@ fn block_in_contact_slides() {
         let [_, way, off] = *along("way").last().expect("a row");
         check(case, &format!("off the plane, {kind} [m]"), 0.0, off, Absolute(1e-4 * way));
         let taken = *run.energy.column("friction").last().expect("a row");
-        let work = MASS * resisting * way;
+        // It slides for 0.5 s.
+        let work = MASS * resisting * 0.5 * exact * 0.5 * 0.5;
         check(case, &format!("taken by friction, {kind} [J]"), work, taken, Relative(1e-2));
+        let work = MASS * resisting * way;
+        let what =
+            format!("taken by friction, expected: force times the way of the run, {kind} [J]");
+        consistent(case, &what, work, taken, Relative(1e-2));
         closes(case, &format!(", {kind}"), &run);
     }
 }
@@ -72,7 +77,7 @@ fn block_in_contact_stays() {
         check(case, &format!("base, z, {kind} [N]"), weight, run.last("base.z"), Relative(1e-4));
         for axis in ["base.x", "base.y"] {
             let sideways = run.last(axis);
-            check(case, &format!("{axis}, {kind} [N]"), 0.0, sideways, Absolute(1e-4 * weight));
+            check(case, &format!("{axis}, {kind} [N]"), 0.0, sideways, Of(weight, 1e-4));
         }
     }
 }
@@ -112,7 +117,12 @@ fn topples(case: Case, kind: &str, text: &str, level: f64) {
         if part > 1.0 {
             // A part of the displacement that would bring the weight over the edge.
             let most = 0.1 * 0.5 * (part - 1.0) * limit * level;
-            at_most(case, &format!("{what}: leans [m]"), most, leans.abs());
+            at_most(
+                case,
+                &format!("{what}: leans, a tenth of what topples it [m]"),
+                most,
+                leans.abs(),
+            );
             let speed = run.last("speed.x").abs();
             at_most(case, &format!("{what}: speed at the end [m/s]"), 1e-6, speed);
         } else {

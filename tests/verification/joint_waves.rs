@@ -42,8 +42,8 @@ fn passes(deck: &str, axis: &str, speed: f64) {
             let exact = [4.0 * x * x, 1.0].map(|above| (above / (4.0 * x * x + 1.0)).sqrt());
             let found = [part(&behind, &plain[1]), part(&returned, &plain[0])];
             let at = format!("x = {x}, {frequency:.0} Hz");
-            check(case, &format!("|T|, {at}"), exact[0], found[0], Relative(1e-2));
-            check(case, &format!("|R|, {at}"), exact[1], found[1], Relative(1e-2));
+            check(case, &format!("transmitted part, {at}"), exact[0], found[0], Relative(1e-2));
+            check(case, &format!("reflected part, {at}"), exact[1], found[1], Relative(1e-2));
         }
     }
 }

@@ -6,8 +6,8 @@ use ddem_deck::Deck;
 use ddem_deck::{Assign, Body, Damping, Extent, History, Joint, Load, Stage, TimeStep, Where};
 
 use super::incline::G;
-use super::record::Tolerance::{Absolute, Relative};
-use super::record::{Case, check, of};
+use super::record::Tolerance::Absolute;
+use super::record::{Case, bracket, consistent, of};
 use super::shared::{deck, example};
 use super::stacks::shifted;
 
@@ -85,8 +85,9 @@ fn find((case, what): (Case, &str), weights: Weights<'_>, duration: f64, at: &dy
             let standing = is_stable(at(middle), way, weights, duration);
             *(if standing { &mut low } else { &mut high }) = middle;
         }
+        assert!(low > 0.96 && high < 1.03, "{what}, {name}: an end of the bracket is not tried");
         let what = format!("limit by {name}, {what} [part of the exact one]");
-        check(case, &what, 1.0, 0.5 * (low + high), Relative(1e-2));
+        bracket(case, &what, 1.0, [low, high]);
     }
 }
 
@@ -194,7 +195,8 @@ fn column_topples_at_limit() {
         deck
     };
     find((case, "contact, rigid"), &weights, 0.3, &|part| in_contact(at(part), "foot"));
-    find((case, "joint, deformable"), &weights, 0.3, &|part| {
+    // Half a percent below the limit it leans for 0.6 s before it comes to rest.
+    find((case, "joint, deformable"), &weights, 0.8, &|part| {
         with_body(at(part), &["block"], Body::Deformable)
     });
 }
@@ -291,18 +293,18 @@ fn all_procedures_find_the_same_slope_limit() {
         stays.map(|(_, factor)| factor + 0.005).last().expect("the first one holds")
     });
     for ((_, name), limit) in WAYS.into_iter().zip(limits).skip(1) {
-        let what = format!("factor at the limit, {name}, the exact one by relaxation");
-        check(case, &what, limits[0], limit, Relative(2e-2));
+        let what = format!("factor at the limit by {name}, expected: by relaxation");
+        consistent(case, &what, limits[0], limit, Absolute(2e-2));
     }
     for (way, name) in [WAYS[0], WAYS[1]] {
         let once = |part: f64| {
             let mut simulation = slope(&[part * limits[0]]);
             simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
-            f64::from(u8::from(rests(&mut simulation, way)))
+            rests(&mut simulation, way)
         };
-        let what = |part: &str| format!("{part} of that factor at once, {name}: it rests");
-        check(case, &what("0.98"), 1.0, once(0.98), Absolute(0.0));
-        check(case, &what("1.02"), 0.0, once(1.02), Absolute(0.0));
+        assert!(once(0.98) && !once(1.02), "{name}");
+        let what = format!("limit at once by {name} [part of the limit by steps and relaxation]");
+        bracket(case, &what, 1.0, [0.98, 1.02]);
     }
 }
 

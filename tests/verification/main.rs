@@ -26,6 +26,7 @@ mod incline_contact;
 mod intact_planes;
 mod joint_waves;
 mod limit;
+mod page;
 mod poisson;
 mod pull;
 mod record;

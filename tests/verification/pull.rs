@@ -1,7 +1,7 @@
 //! V5: a column of two blocks is pulled until its joint breaks.
 
 use super::energy::closes;
-use super::record::Tolerance::{Absolute, Relative};
+use super::record::Tolerance::{Absolute, Of, Relative};
 use super::record::{Case, check, of};
 use super::shared::{Frames, Run, edited, example, run};
 
@@ -37,7 +37,7 @@ fn breaks(case: Case, what: &str, run: &Run, compliance: f64) {
     let left = left.into_iter().fold(0.0, |most: f64, t| most.max(t.abs()));
     check(case, &format!("traction after it [Pa]{what}"), 0.0, left, Absolute(0.0));
     let force = run.last("base.z").abs();
-    check(case, &format!("force at the end [N]{what}"), 0.0, force, Absolute(1e-3 * STRENGTH));
+    check(case, &format!("force at the end [N]{what}"), 0.0, force, Of(STRENGTH, 1e-3));
     closes(case, what, run);
 }
 
@@ -73,7 +73,7 @@ fn softens(what: &str, text: &str, energy: f64) {
     is("external work [J]", energy, last("external_work"), 1e-2);
     let force = run.last("base.z").abs();
     let end = format!("force at the end [N], {what}");
-    check(case, &end, 0.0, force, Absolute(1e-3 * STRENGTH));
+    check(case, &end, 0.0, force, Of(STRENGTH, 1e-3));
     let joints = Frames::open(run.path("joints.vtkhdf"));
     let damage = joints.last_scalars("damage");
     assert!(damage.iter().all(|damage| *damage == 1.0), "{damage:?}");
@@ -141,7 +141,7 @@ fn broken_joint_closes_without_healing() {
     let force = run.probes.series("base.z");
     let open = force.iter().filter(|[time, _]| (0.6..1.0).contains(time)).map(|f| f[1].abs());
     let open = open.fold(0.0, f64::max);
-    check(case, "force while it is open [N]", 0.0, open, Absolute(1e-3 * STRENGTH));
+    check(case, "force while it is open [N]", 0.0, open, Of(STRENGTH, 1e-3));
     let exact = 0.1625e-3 / (2.0 / HELD + 1.0 / 1e10);
     check(case, "force when it is closed again [N]", exact, run.last("base.z"), Relative(5e-3));
     let joints = Frames::open(run.path("joints.vtkhdf"));

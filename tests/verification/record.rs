@@ -1,10 +1,6 @@
-//! Checks, and the page that lists all of them.
+//! Checks of numbers, by case. Each check is a row of the page.
 
-use std::fmt::Write as _;
-use std::path::Path;
-use std::sync::{Mutex, OnceLock};
-
-use super::shared;
+use super::page::{Part, keep, plain, recorded, rewrites};
 
 /// Case of the verification with its deck.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,37 +109,29 @@ pub(crate) fn of(deck: &str) -> Case {
     *CASES.iter().find(|case| case.deck == deck).expect("a case of the list")
 }
 
-/// Largest allowed error of a number, as the case states it. The table records a smaller one: ten
+/// Largest allowed error of a number, as the case states it. The page records a smaller one: ten
 /// times the error found.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Tolerance {
-    /// Relative to the exact value.
+    /// Part of the exact value.
     Relative(f64),
-    /// Absolute error.
+    /// Absolute error. If it is 0, the number is a count, or one that must not change at all.
     Absolute(f64),
+    /// Part of the size of the numbers that nearly cancel, with that size.
+    Of(f64, f64),
 }
 
-use Tolerance::{Absolute, Relative};
+use Tolerance::{Absolute, Of, Relative};
 
-/// Section of the page to which a row belongs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Part {
-    Exact,
-    Bound,
-    Consistency,
-}
-
-/// Row of a table: its section, the number of its case and the name of its test, its cells.
-type Row = (Part, (usize, String), String);
-
-static ROWS: Mutex<Vec<Row>> = Mutex::new(Vec::new());
+/// Error that rounding may leave, as a part of the size of the numbers: 45 units in the last place.
+pub(crate) const ROUNDING: f64 = 1e-14;
 
 /// Asserts that a number equals an exact answer from outside this program.
 pub(crate) fn check(case: Case, quantity: &str, exact: f64, computed: f64, tolerance: Tolerance) {
     compare(Part::Exact, case, quantity, [exact, computed], tolerance);
 }
 
-/// Asserts that a number follows a conservation law, or equals that of the same run in another way.
+/// Asserts that a number follows a conservation law, or equals that of another way or run.
 pub(crate) fn consistent(
     case: Case,
     quantity: &str,
@@ -156,30 +144,42 @@ pub(crate) fn consistent(
 
 /// Asserts that a number is no larger than a bound.
 pub(crate) fn at_most(case: Case, quantity: &str, most: f64, computed: f64) {
-    bounded(case, quantity, computed, computed <= most, &format!("at most {}", plain(most)));
+    let bound = format!("at most {}", plain(most));
+    bounded(case, quantity, computed <= most, [&bound, &plain(computed)]);
 }
 
 /// Asserts that a number is no smaller than a bound.
 pub(crate) fn at_least(case: Case, quantity: &str, least: f64, computed: f64) {
-    bounded(case, quantity, computed, computed >= least, &format!("at least {}", plain(least)));
+    let bound = format!("at least {}", plain(least));
+    bounded(case, quantity, computed >= least, [&bound, &plain(computed)]);
 }
 
 /// Asserts that a number lies between two bounds.
 pub(crate) fn between(case: Case, quantity: &str, computed: f64, [low, high]: [f64; 2]) {
     let bound = format!("{} to {}", plain(low), plain(high));
-    bounded(case, quantity, computed, (low..=high).contains(&computed), &bound);
+    bounded(case, quantity, (low..=high).contains(&computed), [&bound, &plain(computed)]);
 }
 
-fn bounded(case: Case, quantity: &str, computed: f64, holds: bool, bound: &str) {
-    let cells = format!("{quantity} | {bound} | {}", plain(computed));
-    assert!(holds, "{}, {}: {cells}", case.name, case.deck);
-    keep(Part::Bound, case, &cells);
+/// Asserts that an exact limit lies between the largest factor at which a model stands and the
+/// smallest one at which it fails.
+pub(crate) fn bracket(case: Case, quantity: &str, exact: f64, [stands, fails]: [f64; 2]) {
+    let found =
+        format!("{} stands, {} fails: {:.1e} wide", plain(stands), plain(fails), fails - stands);
+    let holds = stands <= exact && exact <= fails;
+    bounded(case, quantity, holds, [&format!("contains {}", plain(exact)), &found]);
+}
+
+fn bounded(case: Case, quantity: &str, holds: bool, [bound, computed]: [&str; 2]) {
+    let cells = format!("{bound} | {computed}");
+    assert!(holds, "{}, {}: {quantity} | {cells}", case.name, case.deck);
+    keep(Part::Bound, case, quantity, &cells);
 }
 
 fn compare(part: Part, case: Case, quantity: &str, [exact, computed]: [f64; 2], stated: Tolerance) {
     let (error, most, unit) = match stated {
         Relative(most) => ((computed / exact - 1.0).abs(), most, " of it"),
         Absolute(most) => ((computed - exact).abs(), most, ""),
+        Of(size, part) => ((computed - exact).abs(), part * size, ""),
     };
     let recorded = recorded(part, case, quantity);
     let allowed = if rewrites() { most } else { recorded.map_or(most, |known| known.min(most)) };
@@ -190,190 +190,24 @@ fn compare(part: Part, case: Case, quantity: &str, [exact, computed]: [f64; 2], 
         "{what} is {computed}, not {exact}: off by {error:.1e} of {allowed:.1e}"
     );
     assert!(rewrites() || recorded.is_some(), "docs/verification.md lacks {what}");
-    let (next, reason) = ratchet(error, most, matches!(stated, Relative(_)));
-    keep(
-        part,
-        case,
-        &format!("{quantity} | {exact} | {computed} | {error:.1e} | {next:.1e}{unit}{reason}"),
-    );
+    let (next, reason) = ratchet(error, most, stated);
+    let cells = format!("{exact} | {computed} | {error:.1e} | {next:.1e}{unit}{reason}");
+    keep(part, case, quantity, &cells);
 }
 
-/// Tolerance that the table records for an error: ten times the error, but not below rounding and
+/// Tolerance that the page records for an error: ten times the error, but not below rounding and
 /// not above the stated tolerance.
-fn ratchet(error: f64, stated: f64, relative: bool) -> (f64, &'static str) {
-    let rounding = if relative { 1e-9 } else { 1e-6 * stated }.min(stated);
+fn ratchet(error: f64, most: f64, stated: Tolerance) -> (f64, String) {
+    let (rounding, reason) = match stated {
+        Relative(_) => (ROUNDING, ", rounding".to_owned()),
+        Of(size, _) => (ROUNDING * size, format!(", rounding of {}", plain(size))),
+        Absolute(_) => (0.0, String::new()),
+    };
+    assert!(rounding <= most, "less than rounding: {stated:?}");
     if 10.0 * error <= rounding {
-        return (rounding, ", rounding");
+        return (rounding, reason);
     }
     // Rounded down to two digits.
     let unit = 10_f64.powi(error.log10().floor() as i32);
-    (((10.0 * error / unit).floor() * unit).min(stated), "")
-}
-
-/// True if the page is to be written.
-fn rewrites() -> bool {
-    std::env::var_os("DDEM_VERIFICATION").is_some()
-}
-
-/// Tolerance of a row of the page.
-fn recorded(part: Part, case: Case, quantity: &str) -> Option<f64> {
-    static PAGE: OnceLock<String> = OnceLock::new();
-    let read = || std::fs::read_to_string(shared::root("docs/verification.md")).expect("the page");
-    let page = PAGE.get_or_init(read);
-    let heading = heading(part);
-    let table = page.split("\n## ").find(|table| table.starts_with(heading))?;
-    let start = format!("{} {quantity} |", first_cells(case));
-    let row = table.lines().find(|row| row.starts_with(&start))?;
-    let cell = row.trim_end_matches(" |").rsplit("| ").next()?;
-    cell.split([' ', ',']).next()?.parse().ok()
-}
-
-fn heading(part: Part) -> &'static str {
-    match part {
-        Part::Exact => "Exact",
-        Part::Bound => "Bounds",
-        Part::Consistency => "Consistency",
-    }
-}
-
-fn first_cells(Case { name, deck }: Case) -> String {
-    format!("| {name} | [{deck}](../examples/verification/{deck}.toml) |")
-}
-
-/// Stores a row for the page, and writes the page on request.
-fn keep(part: Part, case: Case, cells: &str) {
-    let row = format!("{} {cells} |", first_cells(case));
-    println!("{row}");
-    let order = CASES.iter().position(|c| *c == case).expect("a case of the list");
-    let mut rows = ROWS.lock().expect("no check has failed");
-    // Tests run side by side: rows of one case are in the order of the names of the tests.
-    let test = std::thread::current().name().unwrap_or_default().to_owned();
-    rows.push((part, (order, test), row));
-    if let Some(path) = std::env::var_os("DDEM_VERIFICATION") {
-        write(&shared::root("").join(path), &rows);
-    }
-}
-
-/// Number with seven digits, or with a power of ten if that is shorter.
-fn plain(number: f64) -> String {
-    let size = number.abs();
-    if number == 0.0 {
-        "0".to_owned()
-    } else if (1e-2..1e6).contains(&size) {
-        let digits = (6 - size.log10().floor() as i32).max(0) as usize;
-        let text = format!("{number:.digits$}");
-        if text.contains('.') {
-            text.trim_end_matches('0').trim_end_matches('.').to_owned()
-        } else {
-            text
-        }
-    } else {
-        let text = format!("{number:.6e}");
-        let (digits, power) = text.split_once('e').unwrap_or((&text, "0"));
-        format!("{}e{power}", digits.trim_end_matches('0').trim_end_matches('.'))
-    }
-}
-
-const HEAD: &str = "\
-# Verification
-
-`cargo test --test verification` asserts every row. This command writes the page:
-
-```
-DDEM_VERIFICATION=docs/verification.md cargo test --test verification
-```
-
-Numbers are in SI units. A tolerance is at most ten times the error found. If the error is rounding, the tolerance is
-that of rounding, and the row is marked `rounding`. In all other rows a change that makes the error ten times larger
-fails the tests.
-";
-
-const EXACT: &str = "
-## Exact
-
-The exact value does not come from this program. It comes from a closed form, from equilibrium, or from an independent
-finite element model (`tests/fem`, `tests/data`). The header of each deck names the source, and the assumptions by which
-the model differs from it (rigid blocks of Housner, beams, a tunnel cut from cubes).
-
-| Case | Deck | Quantity | Exact | Computed | Error | Tolerance |
-|---|---|---|---|---|---|---|
-";
-
-const BOUNDS: &str = "
-## Bounds
-
-The number must keep a limit, from theory or from what the case shows. Energy must not grow, stable blocks must not
-creep, and unstable ones must fall. The order of convergence must be at least that of the scheme.
-
-| Case | Deck | Quantity | Bound | Computed |
-|---|---|---|---|---|
-";
-
-const CONSISTENCY: &str = "
-## Consistency
-
-The expected value comes from a conservation law, or from a second way to compute the same quantity in the same run.
-
-| Case | Deck | Quantity | Expected | Computed | Error | Tolerance |
-|---|---|---|---|---|---|---|
-";
-
-/// Results of runs that are too long for every check.
-const LARGE: &str = include_str!("large.md");
-
-/// Writes the page of the checks so far.
-fn write(path: &Path, rows: &[Row]) {
-    let mut rows = rows.to_vec();
-    rows.sort_by(|a, b| (a.0, &a.1).cmp(&(b.0, &b.1)));
-    let mut text = HEAD.to_owned();
-    for (part, head) in
-        [(Part::Exact, EXACT), (Part::Bound, BOUNDS), (Part::Consistency, CONSISTENCY)]
-    {
-        text += head;
-        for (_, _, row) in rows.iter().filter(|row| row.0 == part) {
-            writeln!(text, "{row}").expect("a string takes everything");
-        }
-    }
-    text += "\n";
-    text += LARGE;
-    std::fs::write(path, text).expect("the page can be written");
-}
-
-/// Tolerances are ten times the error found, unless the row states a reason.
-#[test]
-fn tolerances_are_ten_times_the_error() {
-    if rewrites() {
-        return;
-    }
-    let text = std::fs::read_to_string(shared::root("docs/verification.md")).expect("the page");
-    let tables =
-        text.split("\n## ").filter(|t| t.starts_with("Exact") || t.starts_with("Consistency"));
-    let rows: Vec<&str> =
-        tables.flat_map(str::lines).filter(|row| row.starts_with("| V")).collect();
-    assert!(rows.len() > 300, "{} rows", rows.len());
-    for row in rows {
-        let cells: Vec<&str> = row.trim_matches(['|', ' ']).split(" | ").collect();
-        let [.., error, tolerance] = cells[..] else { panic!("{row}") };
-        let number = |cell: &str| cell.split([' ', ',']).next().and_then(|x| x.parse::<f64>().ok());
-        let (error, most) =
-            (number(error).expect("an error"), number(tolerance).expect("a tolerance"));
-        assert!(tolerance.contains(", ") || most <= 10.6 * error, "{row}");
-    }
-}
-
-#[test]
-fn every_deck_is_a_case_of_the_table() {
-    for file in std::fs::read_dir(shared::root("examples/verification")).expect("the decks") {
-        let name = file.expect("a deck").file_name().into_string().expect("plain names");
-        let deck = name.strip_suffix(".toml").expect("decks alone");
-        assert!(CASES.iter().any(|case| case.deck == deck), "{deck} is not verified");
-    }
-    if std::env::var_os("DDEM_VERIFICATION").is_some() {
-        return;
-    }
-    let text = std::fs::read_to_string(shared::root("docs/verification.md")).expect("the table");
-    for Case { name, deck } in CASES {
-        let start = format!("| {name} | [{deck}]");
-        assert!(text.contains(&start), "docs/verification.md lacks {name}, {deck}");
-    }
+    (((10.0 * error / unit).floor() * unit).min(most), String::new())
 }

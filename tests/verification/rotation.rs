@@ -4,7 +4,7 @@ use ddem_core::Simulation;
 use ddem_deck::TimeStep;
 use nalgebra::Vector3;
 
-use super::record::Tolerance::Absolute;
+use super::record::Tolerance::Of;
 use super::record::{at_most, check, consistent, of};
 use super::shared::{deck, example, run, simulation};
 
@@ -53,20 +53,20 @@ fn flight(name: &str) {
     let case = of(name);
     let text = example(name);
     let [momentum, angular, energy, drift] = changes(&text);
-    consistent(case, "momentum: largest relative change", 0.0, momentum, Absolute(1e-12));
-    consistent(case, "angular momentum: largest relative change", 0.0, angular, Absolute(1e-11));
+    consistent(case, "momentum: largest relative change", 0.0, momentum, Of(1.0, 1e-12));
+    consistent(case, "angular momentum: largest relative change", 0.0, angular, Of(1.0, 1e-11));
     consistent(
         case,
         "kinetic + strain energy: largest relative change",
         0.0,
         energy,
-        Absolute(2e-6),
+        Of(1.0, 2e-6),
     );
-    consistent(case, "the same, last tenth of the run − first", 0.0, drift, Absolute(2e-7));
+    consistent(case, "the same, last tenth of the run − first", 0.0, drift, Of(1.0, 2e-7));
     let run = run(&text);
     for (axis, exact) in [("x", 3.75), ("y", -2.5), ("z", 1.25)] {
         let what = format!("way of the centre, {axis} [m]");
-        check(case, &what, exact, run.last(&format!("centre.{axis}")), Absolute(1e-9 * 4.7));
+        check(case, &what, exact, run.last(&format!("centre.{axis}")), Of(4.7, 1e-9));
     }
     if text.contains("quantity = \"stress\"") {
         let components = ["xx", "yy", "zz", "xy", "yz", "zx"];

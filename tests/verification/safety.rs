@@ -5,8 +5,7 @@ use ddem_deck::Deck;
 use ddem_deck::{Body, SafetySearch};
 
 use super::limit::{STRENGTHS, in_contact, layered, plane, wedges, with_body};
-use super::record::Tolerance::Relative;
-use super::record::{Case, check, of};
+use super::record::{Case, bracket, of};
 use super::shared::{deck, edited, example, root};
 
 /// Factor by which strengths are divided beforehand, relative to the factor at the limit.
@@ -17,10 +16,12 @@ fn find((case, what): (Case, &str), deck: &Deck) {
     let model = deck.build().unwrap_or_else(|error| panic!("{what}: {error}"));
     let mut simulation = Simulation::new(model);
     simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{what}: {error}"));
-    let found = simulation.factor_of_safety(&SafetySearch::default(), &|_| {});
+    let search = SafetySearch::default();
+    let found = simulation.factor_of_safety(&search, &|_| {});
     let found = found.unwrap_or_else(|error| panic!("{what}: {error}"));
-    let factor = found.factor.expect("it is in the bracket");
-    check(case, &format!("factor of safety, {what}"), 1.0 / PART, factor, Relative(5e-3));
+    let [stands, fails] = found.bracket.map(|end| end.expect("both have been found"));
+    assert!(fails - stands <= search.resolution, "{what}: from {stands} to {fails}");
+    bracket(case, &format!("factor of safety, {what}"), 1.0 / PART, [stands, fails]);
 }
 
 #[test]
@@ -54,7 +55,8 @@ fn leaning_column_has_exact_factor() {
     for (body, divisions) in [(Body::Rigid, 1), (Body::Deformable, 1), (Body::Deformable, 2)] {
         let mut deck = with_body(deck(&example(case.deck)), &["column", "block"], body);
         deck.blocks.iter_mut().for_each(|set| set.divisions = divisions);
-        find((case, &format!("{body:?}, {divisions}").to_lowercase()), &deck);
+        let what = format!("{body:?}, divisions {divisions}").to_lowercase();
+        find((case, &what), &deck);
     }
 }
 
