@@ -51,7 +51,7 @@ fn rises(samples: &[[f64; 2]], part: f64) -> f64 {
     t0 + (t1 - t0) * (-part - w0) / (w1 - w0)
 }
 
-/// The same of the exact solution, by bisection: it rises from `from` on, and has risen at `to`.
+/// Time of that rise in the exact solution, by bisection between two times.
 fn exact_rise(part: f64, arrival: f64, [from, to]: [f64; 2]) -> f64 {
     let (mut low, mut high) = (from, to);
     for _ in 0..50 {
