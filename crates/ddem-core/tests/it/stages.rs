@@ -266,6 +266,22 @@ fn unstable_step_after_excavation_is_refused_or_shortened() {
     assert!((automatic.time_step() / (0.9 * now) - 1.0).abs() < 1e-12);
 }
 
+/// A part of a model has no larger eigenvalue than the model. The large model bounds its eigenvalue
+/// from above, and the small one converges to rounding.
+#[test]
+fn critical_step_of_large_model_is_safe_and_close() {
+    let critical = |count: [u32; 3]| {
+        let deck = deck(count, count.map(f64::from), 1, 0.02);
+        let mut simulation = simulation(&deck);
+        let nodes = simulation.model().n_nodes();
+        (nodes, simulation.critical_step().unwrap_or_else(|error| panic!("{error}")))
+    };
+    let ((part, longer), (large, shorter)) = (critical([12; 3]), critical([20, 20, 16]));
+    assert!(part < 50_000 && large >= 50_000, "{part} {large}");
+    println!("{part} nodes: {longer:e} s, {large} nodes: {shorter:e} s");
+    assert!(shorter <= longer && shorter > 0.995 * longer, "{shorter:e} {longer:e}");
+}
+
 /// Nodes of removed blocks stay at rest for any values that are set.
 #[test]
 fn removed_blocks_stay_at_rest_when_fields_are_set() {
