@@ -8,7 +8,7 @@ use std::fmt;
 use ddem_core::SafetySearch;
 use ddem_core::problem::shown;
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -88,23 +88,22 @@ pub struct Diagnostic {
     pub place: String,
     /// Finding, with numbers.
     pub message: String,
-    /// Advice.
-    pub help: Option<String>,
+    /// Advice; empty only in results of an earlier version.
+    #[serde(deserialize_with = "advice")]
+    pub help: String,
 }
 
 impl Diagnostic {
-    /// A warning at a location of the deck.
+    /// A warning at a location of the deck, with advice.
     #[must_use]
-    pub fn warning(code: Code, place: impl Into<String>, message: impl Into<String>) -> Self {
-        let (place, message) = (place.into(), message.into());
-        Self { code, severity: Severity::Warning, place, message, help: None }
-    }
-
-    /// Adds advice.
-    #[must_use]
-    pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
-        self
+    pub fn warning(
+        code: Code,
+        place: impl Into<String>,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Self {
+        let (place, message, help) = (place.into(), message.into(), help.into());
+        Self { code, severity: Severity::Warning, place, message, help }
     }
 
     /// The same diagnostic with a location below `place`.
@@ -120,13 +119,20 @@ impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { code, place, message, help, .. } = self;
         let code = code.name();
-        match help {
-            None => write!(f, "{place}: {message} [{code}]"),
+        if help.is_empty() {
+            write!(f, "{place}: {message} [{code}]")
+        } else if help.contains('\n') {
             // Lines to paste come at the end.
-            Some(help) if help.contains('\n') => write!(f, "{place}: {message} [{code}]; {help}"),
-            Some(help) => write!(f, "{place}: {message}; {help} [{code}]"),
+            write!(f, "{place}: {message} [{code}]; {help}")
+        } else {
+            write!(f, "{place}: {message}; {help} [{code}]")
         }
     }
+}
+
+/// Advice in JSON. Earlier versions wrote `null` for a warning without advice.
+fn advice<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or_default())
 }
 
 /// Largest ratio of the tolerance to the resolution of a factor of safety.
@@ -142,7 +148,7 @@ pub fn loose_tolerance(search: &SafetySearch) -> Option<Diagnostic> {
         let message =
             format!("with a `tolerance` of {tolerance:e} trials that do not hold count as at rest");
         let help = format!("at most {most:e} for a `resolution` of {}", shown(resolution));
-        Diagnostic::warning(Code::LooseTolerance, "tolerance", message).help(help)
+        Diagnostic::warning(Code::LooseTolerance, "tolerance", message, help)
     })
 }
 
@@ -155,6 +161,6 @@ pub fn load_at_rest(load: usize, stage: &str) -> Diagnostic {
         format!("relax stage `{stage}`")
     };
     let message = format!("load {load} does not act in {stage}: its history is 0 there");
-    Diagnostic::warning(Code::LoadAtRest, format!("load[{load}].history"), message)
-        .help("time stands still in a relax stage")
+    let help = "time stands still in a relax stage: let it act in a dynamic stage, by `from`, or leave out its history";
+    Diagnostic::warning(Code::LoadAtRest, format!("load[{load}].history"), message, help)
 }

@@ -33,7 +33,7 @@ pub(crate) fn warning(warning: &Diagnostic) -> String {
     let mut python = warning.clone();
     python.place = place(&warning.place);
     python.message = text(&warning.message);
-    python.help = warning.help.as_deref().map(text);
+    python.help = text(&warning.help);
     python.to_string()
 }
 

@@ -154,8 +154,8 @@ impl PySimulation {
         let waiting: Vec<String> =
             waiting.into_iter().filter(|name| awaited.insert(name.clone())).collect();
         let Some(first) = waiting.first() else { return Ok(()) };
-        let warning = wait_for("supports or loads", &waiting, "do not act in this run")
-            .help(format!("run(..., name=\"{first}\") or enter(\"{first}\") begins it"));
+        let help = format!("run(..., name=\"{first}\") or enter(\"{first}\") begins it");
+        let warning = wait_for("supports or loads", &waiting, "do not act in this run", help);
         let reported = session.site().deck().reports(&warning);
         drop(inner);
         if reported { warn(py, &warning) } else { Ok(()) }
@@ -173,12 +173,12 @@ impl PySimulation {
     }
 }
 
-/// Warning about parts of a model that wait for stages, and about the effect of that.
-pub(crate) fn wait_for(what: &str, stages: &[String], effect: &str) -> Diagnostic {
+/// Warning about parts of a model that wait for stages, and about the effect of that, with advice.
+pub(crate) fn wait_for(what: &str, stages: &[String], effect: &str, help: String) -> Diagnostic {
     let names: Vec<String> = stages.iter().map(|name| format!("`{name}`")).collect();
     let word = if names.len() == 1 { "stage" } else { "stages" };
     let message = format!("{what} wait for the {word} {} and {effect}", names.join(", "));
-    Diagnostic::warning(Code::WaitingStages, "stage", message)
+    Diagnostic::warning(Code::WaitingStages, "stage", message, help)
 }
 
 /// Names of later stages for which supports, loads, charges or boundaries wait.

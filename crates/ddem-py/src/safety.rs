@@ -41,9 +41,10 @@ impl PySimulation {
         names.dedup();
         let Some(first) = names.first() else { return Ok(Vec::new()) };
         let what = "supports, loads, excavations or joints";
-        let warning = wait_for(what, &names, "are not included in this factor").help(format!(
+        let help = format!(
             "enter(\"{first}\") of a simulation begins it, or add a stage of kind \"safety\" and use run_deck"
-        ));
+        );
+        let warning = wait_for(what, &names, "are not included in this factor", help);
         Ok(reported(session, [warning]))
     }
 
@@ -52,8 +53,8 @@ impl PySimulation {
         let message = format!(
             "the model is not in equilibrium after {steps} steps: trials start from the model as built"
         );
-        let warning = Diagnostic::warning(Code::NotInEquilibrium, "model", message)
-            .help("give a simulation in equilibrium");
+        let help = "give a simulation in equilibrium";
+        let warning = Diagnostic::warning(Code::NotInEquilibrium, "model", message, help);
         Ok(reported(&self.lock_to_move(py)?.session, [warning]))
     }
 

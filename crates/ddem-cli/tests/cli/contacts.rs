@@ -93,7 +93,8 @@ fn doubtful_contacts_and_rigid_blocks_warn() {
             "[model]",
             "[contact]\nnormal_stiffness = 1e5\n[model]",
             "warning: contact.normal_stiffness: under its own weight a block of 2400 kg/m³ sinks 23.5 % of \
-             its edge into the one below: contacts have 1.00e5 Pa/m [soft-contact]",
+             its edge into the one below: contacts have 1.00e5 Pa/m; check the units of `young` (Pa), \
+             `density` (kg/m³) and lengths (m), or increase `normal_stiffness` [soft-contact]",
         ),
     ] {
         let outcome = run_changed(|text| text.replacen(from, to, 1), "--check");

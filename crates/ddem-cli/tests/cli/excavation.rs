@@ -118,8 +118,8 @@ fn probes_exclude_removed_blocks() {
     let words = outcome.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
     for name in ["gone", "top"] {
         let message = format!(
-            "all blocks of probe `{name}` are removed by stage `dig`: it has no values from then on \
-             [probe-of-removed-blocks]"
+            "all blocks of probe `{name}` are removed by stage `dig`: it has no values from then on; \
+             choose blocks that stay, unless only the values before that matter [probe-of-removed-blocks]"
         );
         assert!(words.contains(&message), "{words}");
     }

@@ -23,12 +23,13 @@ pub(super) fn deep_penetration(driven: Option<(usize, usize)>, relaxes: bool) ->
              the motion earlier"
         ),
         None if relaxes => {
-            "the contact is too soft for the weight on it: increase `normal_stiffness` \
-                            in `[contact]`; use a dynamic stage for blocks that nothing supports"
+            "the contact is too soft for the weight on it: check the units of `young` (Pa), `density` (kg/m³) and \
+             lengths (m), or increase `normal_stiffness` in `[contact]`; use a dynamic stage for blocks that nothing \
+             supports"
                 .to_owned()
         }
-        None => "the contact is too soft to stop a block as fast or as heavy: increase \
-                 `normal_stiffness` in `[contact]`"
+        None => "the contact is too soft to stop a block as fast or as heavy: check the units of `young` (Pa), \
+                 velocities (m/s) and lengths (m), or increase `normal_stiffness` in `[contact]`"
             .to_owned(),
     }
 }

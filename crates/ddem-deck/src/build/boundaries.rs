@@ -113,7 +113,8 @@ fn held_in_part(
             hold.nodes,
             names(hold)
         );
-        return Some(Diagnostic::warning(Code::HeldBoundary, at, message));
+        let help = "leave these nodes out of the fix or out of the boundary";
+        return Some(Diagnostic::warning(Code::HeldBoundary, at, message, help));
     }
     let entry = deck.stage.get(stage);
     let moves = entry.is_none_or(|stage: &Stage| stage.kind == StageKind::Dynamic);
@@ -126,7 +127,7 @@ fn held_in_part(
         entry.map_or("", |stage| &stage.name)
     );
     let help = "`until` ends a fix; its reaction stays as a constant force";
-    Some(Diagnostic::warning(Code::ReflectingBoundary, at, message).help(help))
+    Some(Diagnostic::warning(Code::ReflectingBoundary, at, message, help))
 }
 
 /// Fault of a free-field boundary with a face at which no column can stand.

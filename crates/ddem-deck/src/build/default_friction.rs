@@ -78,5 +78,5 @@ fn warning(deck: &Deck, unused: &Unused, faces: usize) -> Diagnostic {
         "`friction = {angle}` in `[contact]` gives it to all contacts; `joint = \"{name}\"` in set `{other}`, too, \
          joins the two sets"
     );
-    Diagnostic::warning(Code::DefaultFriction, "contact.friction", message).help(help)
+    Diagnostic::warning(Code::DefaultFriction, "contact.friction", message, help)
 }

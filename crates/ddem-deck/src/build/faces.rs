@@ -69,7 +69,8 @@ pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<Diagnostic> {
                 shown(geometry, first)
             );
             let at = format!("boundary[{index}].where");
-            warnings.push(Diagnostic::warning(Code::WallsInBoundary, at, message));
+            let help = "limit `where` to the outside of the model, for example by a plane";
+            warnings.push(Diagnostic::warning(Code::WallsInBoundary, at, message, help));
         }
     }
     warnings

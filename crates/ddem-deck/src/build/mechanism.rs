@@ -48,11 +48,15 @@ fn fault(
     };
     let motions = motion.motions.join(", ");
     let message = format!("the supports {whose} let {who} move as a rigid body: {motions}");
-    Fault::new(ErrorCode::Mechanism, format!("stage[{stage}]"), message).help(help(deck, geometry))
+    Fault::new(ErrorCode::Mechanism, format!("stage[{stage}]"), message).help(help(
+        deck,
+        geometry,
+        motion.block.is_some(),
+    ))
 }
 
-/// Advice on supports or joints that may be missing.
-fn help(deck: &Deck, geometry: &Geometry) -> String {
+/// Advice on supports or, if only a part of the model moves, on joints that may be missing.
+fn help(deck: &Deck, geometry: &Geometry, part: bool) -> String {
     let advice = if deck.boundary.is_empty() {
         "prevent this motion with `[[fix]]`, or make the stage dynamic"
     } else {
@@ -60,5 +64,8 @@ fn help(deck: &Deck, geometry: &Geometry) -> String {
          which the boundary is there; it keeps the reaction of the support"
     };
     let gaps = gaps(deck, geometry).into_iter().map(|gap| gap.message);
-    gaps.chain([advice.to_owned()]).collect::<Vec<_>>().join("; ")
+    let units = part.then(|| {
+        "if a joint is meant to hold it, check its place, all lengths in metres".to_owned()
+    });
+    gaps.chain([advice.to_owned()]).chain(units).collect::<Vec<_>>().join("; ")
 }

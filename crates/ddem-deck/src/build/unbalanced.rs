@@ -115,8 +115,10 @@ impl BuiltDeck {
             divergence.y,
             divergence.z
         );
-        let warning = Diagnostic::warning(Code::UnbalancedWeight, "initial", message);
-        Some(paste.into_iter().fold(warning, Diagnostic::help))
+        let help = paste.unwrap_or_else(|| {
+            "the divergence of `gradient` must be minus the density times `gravity`".to_owned()
+        });
+        Some(Diagnostic::warning(Code::UnbalancedWeight, "initial", message, help))
     }
 
     fn density(&self, model: &Model, block: usize) -> f64 {
@@ -172,7 +174,7 @@ impl PlaneBalance {
                 "hold them with `[[fix]]`, or load them with the stress times the normal".to_owned()
             }
         };
-        Diagnostic::warning(Code::UnbalancedStress, "initial", message).help(help)
+        Diagnostic::warning(Code::UnbalancedStress, "initial", message, help)
     }
 
     /// Lines of a deck that carry the stress: a support along the missing components or, on faces

@@ -60,8 +60,8 @@ impl BuiltDeck {
         empty.map(|set| {
             let message =
                 format!("`[[remove]]` removes all blocks of set `{}`", self.deck.set_name(set));
-            Diagnostic::warning(Code::EmptySet, format!("blocks[{set}]"), message)
-                .help("`set` in its `where` limits it to one set")
+            let help = "`set` in its `where` limits it to one set";
+            Diagnostic::warning(Code::EmptySet, format!("blocks[{set}]"), message, help)
         })
     }
 
@@ -81,8 +81,9 @@ impl BuiltDeck {
             let message = format!(
                 "charges {first} and {second} push walls of one cavity; their gases are not coupled"
             );
-            Diagnostic::warning(Code::SharedCavity, format!("charge[{second}].where"), message)
-                .help("one charge with the mass of both exerts more pressure than the two")
+            let help = "one charge with the mass of both exerts more pressure than the two";
+            let at = format!("charge[{second}].where");
+            Diagnostic::warning(Code::SharedCavity, at, message, help)
         })
     }
 
@@ -91,8 +92,8 @@ impl BuiltDeck {
             let pressure = model.conditions().charged[index].charge.size.pressure;
             let stage = &self.deck.stage[stage].name;
             let message = format!("the charge exerts {pressure:.3e} Pa in relax stage `{stage}`");
-            Diagnostic::warning(Code::BlastAtRest, format!("charge[{index}]"), message)
-                .help("`from` names the stage at whose start it detonates")
+            let help = "`from` names the stage at whose start it detonates";
+            Diagnostic::warning(Code::BlastAtRest, format!("charge[{index}]"), message, help)
         })
     }
 
@@ -110,7 +111,8 @@ impl BuiltDeck {
                     place(at),
                     place(found)
                 );
-                Diagnostic::warning(Code::FarProbe, format!("probe[{index}].at"), message)
+                let help = "give a point of a block, in metres";
+                Diagnostic::warning(Code::FarProbe, format!("probe[{index}].at"), message, help)
             })
         })
     }
@@ -139,8 +141,8 @@ impl BuiltDeck {
                 self.deck.set_name(i),
                 self.deck.set_name(j)
             );
-            Diagnostic::warning(Code::SetsNotInContact, "model.contact", message)
-                .help("`contact = true` lets their blocks meet")
+            let help = "`contact = true` lets their blocks meet";
+            Diagnostic::warning(Code::SetsNotInContact, "model.contact", message, help)
         })
     }
 
@@ -164,7 +166,7 @@ impl BuiltDeck {
             };
             let message = format!("{count} is at ({x:.4}, {y:.4}, {z:.4})");
             let help = "cut the blocks so that each face is free or fully covered";
-            Some(Diagnostic::warning(Code::PartlyCoveredFaces, at, message).help(help))
+            Some(Diagnostic::warning(Code::PartlyCoveredFaces, at, message, help))
         };
         loads.chain(boundaries).filter_map(left_out).collect()
     }
@@ -195,9 +197,9 @@ fn held_joints(model: &Model) -> Vec<Diagnostic> {
                 first.a,
                 first.b
             );
-            let warning =
-                Diagnostic::warning(Code::HeldJoint, format!("fix[{index}].where"), message);
-            warnings.push(warning.help("a range that ends before the joint holds one side"));
+            let at = format!("fix[{index}].where");
+            let help = "a range that ends before the joint holds one side";
+            warnings.push(Diagnostic::warning(Code::HeldJoint, at, message, help));
         }
     }
     warnings
@@ -207,11 +209,14 @@ fn held_joints(model: &Model) -> Vec<Diagnostic> {
 fn contact(warning: ContactWarning) -> Diagnostic {
     let given = |code: Code, shear: bool, given: f64, own: f64, effect: String| {
         let key = if shear { "shear_stiffness" } else { "normal_stiffness" };
+        let help = format!(
+            "leave out `{key}`, and contacts are as stiff as the faces; stiffnesses are in Pa/m"
+        );
         let message = format!(
             "{given:e} Pa/m is {:.1e} times the stiffness of the faces in contact, {own:.2e} Pa/m: {effect}",
             given / own
         );
-        Diagnostic::warning(code, format!("contact.{key}"), message)
+        Diagnostic::warning(code, format!("contact.{key}"), message, help)
     };
     match warning {
         ContactWarning::Stiff { shear, given: stiffness, own, step, without } => {
@@ -229,7 +234,9 @@ fn contact(warning: ContactWarning) -> Diagnostic {
                  contacts have {stiffness:.2e} Pa/m",
                 100.0 * fraction
             );
-            Diagnostic::warning(Code::SoftContact, "contact.normal_stiffness", message)
+            let help = "check the units of `young` (Pa), `density` (kg/m³) and lengths (m), or increase \
+                        `normal_stiffness`";
+            Diagnostic::warning(Code::SoftContact, "contact.normal_stiffness", message, help)
         }
     }
 }

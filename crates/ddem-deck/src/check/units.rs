@@ -25,7 +25,7 @@ const LONGEST: f64 = 300.0;
 const CRITICAL: f64 = 0.135;
 
 fn suspicious(at: impl Into<String>, message: String, help: String) -> Diagnostic {
-    Diagnostic::warning(Code::SuspiciousUnit, at, message).help(help)
+    Diagnostic::warning(Code::SuspiciousUnit, at, message, help)
 }
 
 /// Warnings about units.
@@ -57,8 +57,8 @@ pub(super) fn units(deck: &Deck) -> Vec<Diagnostic> {
         {
             let message = format!("a damping `ratio` of {ratio} is above 1, critical damping");
             let at = format!("stage[{index}].damping.ratio");
-            let warning = Diagnostic::warning(Code::Overdamped, at, message);
-            warnings.push(warning.help(format!("{ratio} % is {}", shifted(ratio, -2))));
+            let help = format!("{ratio} % is {}", shifted(ratio, -2));
+            warnings.push(Diagnostic::warning(Code::Overdamped, at, message, help));
         }
     }
     let contact = &deck.contact;
@@ -66,8 +66,8 @@ pub(super) fn units(deck: &Deck) -> Vec<Diagnostic> {
     warnings.extend(contact.restitution.filter(|part| *part < CRITICAL).map(|part| {
         let message =
             format!("a `restitution` below {CRITICAL} is not possible; {part} gives {CRITICAL}");
-        Diagnostic::warning(Code::InfeasibleRestitution, "contact.restitution", message)
-            .help("a stage with `damping = { local = 0.8 }` brings blocks to rest")
+        let help = "a stage with `damping = { local = 0.8 }` brings blocks to rest";
+        Diagnostic::warning(Code::InfeasibleRestitution, "contact.restitution", message, help)
     }));
     warnings
 }

@@ -49,24 +49,26 @@ fn contact_without_effect(deck: &Deck) -> Option<Diagnostic> {
         return None;
     }
     let (why, help) = match deck.model.contact {
-        Some(_) => ("`contact = false` in `[model]` switches the search for contacts off", None),
+        Some(_) => (
+            "`contact = false` in `[model]` switches the search for contacts off",
+            "leave out `[contact]`, or give `contact = true`",
+        ),
         None => (
             "no contacts are searched for in one set of blocks whose joints never fail",
-            Some("`contact = true` in `[model]` switches the search on"),
+            "`contact = true` in `[model]` switches the search on",
         ),
     };
     let but = if others == deck.contact { "" } else { " besides its damping" };
     let message = format!("`[contact]` has no effect{but}: {why}");
-    let warning = Diagnostic::warning(Code::ContactWithoutEffect, "contact", message);
-    Some(help.into_iter().fold(warning, Diagnostic::help))
+    Some(Diagnostic::warning(Code::ContactWithoutEffect, "contact", message, help))
 }
 
 fn upward_gravity(deck: &Deck) -> Option<Diagnostic> {
     let [x, y, z] = deck.model.gravity;
     (x == 0.0 && y == 0.0 && z > 0.0).then(|| {
         let message = "`gravity` points along +z, usually upwards";
-        Diagnostic::warning(Code::UpwardGravity, "model.gravity", message)
-            .help(format!("where z is up, gravity is [0.0, 0.0, -{}]", shown(z)))
+        let help = format!("where z is up, gravity is [0.0, 0.0, -{}]", shown(z));
+        Diagnostic::warning(Code::UpwardGravity, "model.gravity", message, help)
     })
 }
 
@@ -74,8 +76,8 @@ fn no_support(deck: &Deck) -> Option<Diagnostic> {
     let held = !deck.fix.is_empty() || !deck.boundary.is_empty();
     (deck.model.gravity != [0.0; 3] && !held).then(|| {
         let message = "nothing supports the model: it falls under its `gravity`";
-        Diagnostic::warning(Code::NoSupport, "model.gravity", message)
-            .help("`[[fix]]` or `[[boundary]]` supports it")
+        let help = "`[[fix]]` or `[[boundary]]` supports it";
+        Diagnostic::warning(Code::NoSupport, "model.gravity", message, help)
     })
 }
 
@@ -104,8 +106,8 @@ fn releases(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
                     "`release` has no effect: relax stage `{}` has one increment",
                     stage.name
                 );
-                Diagnostic::warning(Code::ReleaseWithoutEffect, at, message)
-                    .help("more `increments` release the forces gradually")
+                let help = "more `increments` release the forces gradually";
+                Diagnostic::warning(Code::ReleaseWithoutEffect, at, message, help)
             });
         }
         let moving = stages.iter().take_while(|stage| !relax(stage));
@@ -123,7 +125,8 @@ fn releases(deck: &Deck) -> impl Iterator<Item = Diagnostic> {
                 deck.stage[first].name,
                 shown(time)
             );
-            Diagnostic::warning(Code::UnfinishedRelease, at, message)
+            let help = "give a shorter `release`, or the stage a longer `duration`";
+            Diagnostic::warning(Code::UnfinishedRelease, at, message, help)
         })
     })
 }
@@ -146,7 +149,8 @@ fn unreachable_tension(at: &str, joint: &Joint) -> Option<Diagnostic> {
             shown(tension),
             shown(format!("{apex:.3e}").parse().unwrap_or(apex))
         );
-        Diagnostic::warning(Code::UnreachableTension, format!("{at}.tension"), message)
+        let help = "lower `tension` to that, or raise `cohesion`";
+        Diagnostic::warning(Code::UnreachableTension, format!("{at}.tension"), message, help)
     })
 }
 
@@ -161,6 +165,7 @@ fn steep_dilation(at: &str, joint: &Joint) -> Option<Diagnostic> {
             shown(dilation),
             shown(residual)
         );
-        Diagnostic::warning(Code::SteepDilation, format!("{at}.dilation"), message)
+        let help = format!("give at most {}", shown(residual));
+        Diagnostic::warning(Code::SteepDilation, format!("{at}.dilation"), message, help)
     })
 }

@@ -312,7 +312,8 @@ fn warnings_about_failing_joints() {
         beyond,
         [
             "joints.seam.tension: the tensile strength of 1.1e6 Pa is reached only without any shear: the shear \
-             strength is zero at a tension of 1e6 Pa, cohesion/tan(friction) [unreachable-tension]"
+             strength is zero at a tension of 1e6 Pa, cohesion/tan(friction); lower `tension` to that, or raise `cohesion` \
+             [unreachable-tension]"
         ]
     );
     let no_cohesion = one(Joint { cohesion: None, friction: None, ..spring_with_tension() });

@@ -38,8 +38,9 @@ fn headers_keys_and_tables_become_python() {
         assert_eq!(python::place(deck), script);
     }
     assert_eq!(python::list("keys here: `where`, `axes`").matches('`').count(), 2 * 15);
-    let warning = Diagnostic::warning(Code::SetsNotInContact, "model.contact", "`[[fix]]`");
-    let warning = python::warning(&warning.help("`contact = true` lets them meet"));
+    let help = "`contact = true` lets them meet";
+    let warning = Diagnostic::warning(Code::SetsNotInContact, "model.contact", "`[[fix]]`", help);
+    let warning = python::warning(&warning);
     let expected = "contact: `Model.fix`; `contact=True` lets them meet [sets-not-in-contact]";
     assert_eq!(warning, expected);
 }

@@ -278,7 +278,8 @@ fn contacts_much_stiffer_or_softer_than_blocks_warn() {
         sinks,
         [
             "contact.normal_stiffness: under its own weight a block of 2400 kg/m³ sinks 23.5 % of its edge into \
-             the one below: contacts have 1.00e5 Pa/m [soft-contact]"
+             the one below: contacts have 1.00e5 Pa/m; check the units of `young` (Pa), `density` (kg/m³) and \
+             lengths (m), or increase `normal_stiffness` [soft-contact]"
         ]
     );
     // Without contacts the only warning is that there are none.

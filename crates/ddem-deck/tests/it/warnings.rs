@@ -261,7 +261,8 @@ fn release_without_end_or_effect_warns() {
     assert_eq!(
         message(2.0, slow()),
         "remove[0].release: `release` takes 2 s, but the dynamic stages from `dig` on take 0.5 s: 75 % of the \
-         forces are never released [unfinished-release]"
+         forces are never released; give a shorter `release`, or the stage a longer `duration` \
+         [unfinished-release]"
     );
     let ended = [slow(), vec![relax_stage("rest")]].concat();
     assert!(
@@ -318,7 +319,7 @@ fn probe_outside_blocks_warns() {
         crate::decks::warnings(&deck),
         [
             "probe[0].at: probe `top` has no block at [4, 4, 14]; it records the nearest node, at [4, 4, 4], 10.0000 m \
-             away [far-probe]"
+             away; give a point of a block, in metres [far-probe]"
         ]
     );
 }

@@ -173,9 +173,9 @@ impl<'a> Drive<'a> {
         moved.simulation = moved.simulation.back_to(&start).map_err(failed(stage))?;
         let MovedBy { site, cursor, .. } = moved;
         let at = stage_place(site.deck(), stage);
-        let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string()).help(
-            format!("the factor of safety refers to the state at the start of `{}`", stage.name),
-        );
+        let help =
+            format!("the factor of safety refers to the state at the start of `{}`", stage.name);
+        let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string(), help);
         cursor.warn(site.deck(), warning, *observer);
         Ok(Ended::Done(None))
     }

@@ -269,9 +269,8 @@ fn begin(
                      into force",
                     stage.name
                 );
-                let warning = Diagnostic::warning(Code::UnknownStage, "name", message)
-                    .help(format!("did you mean `{near}`?"));
-                warnings.push(warning);
+                let help = format!("did you mean `{near}`?");
+                warnings.push(Diagnostic::warning(Code::UnknownStage, "name", message, help));
             }
         }
     }

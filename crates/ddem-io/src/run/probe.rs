@@ -128,7 +128,9 @@ fn removed(
         "all blocks of probe `{}` are removed by stage `{stage}`: it has no values from then on",
         probe.name
     );
-    Some(Diagnostic::warning(Code::ProbeOfRemovedBlocks, format!("probe[{index}]"), message))
+    let at = format!("probe[{index}]");
+    let help = "choose blocks that stay, unless only the values before that matter";
+    Some(Diagnostic::warning(Code::ProbeOfRemovedBlocks, at, message, help))
 }
 
 /// Checks that no element belongs to a rigid block, which has no stress.

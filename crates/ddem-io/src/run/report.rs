@@ -319,8 +319,8 @@ pub(super) fn unsafe_steps(
             let message =
                 format!("once joints have failed, a time step of {step:e} s may create energy");
             let at = format!("{}.time_step", stage_place(deck, stage));
-            let warning = Diagnostic::warning(Code::UnsafeTimeStep, at, message);
-            warnings.push(warning.help(format!("up to {safe:.3e} s is safe")));
+            let help = format!("up to {safe:.3e} s is safe");
+            warnings.push(Diagnostic::warning(Code::UnsafeTimeStep, at, message, help));
         }
     }
     warnings

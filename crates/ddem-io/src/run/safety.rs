@@ -101,19 +101,19 @@ pub(super) fn warnings(
                 "there is no factor of safety: the trial with strengths / {factor:.4} was undecided after {steps} \
                  steps"
             );
-            let warning = Diagnostic::warning(Code::UndecidedTrial, "max_steps", message);
-            warnings.push(warning.help("raise `max_steps`"));
+            let help = "raise `max_steps`";
+            warnings.push(Diagnostic::warning(Code::UndecidedTrial, "max_steps", message, help));
         }
         [None, Some(_)] => {
             let message = format!("the blocks fail with the smallest factor, {low}");
-            let warning = Diagnostic::warning(Code::FactorBelowBracket, "bracket", message);
-            warnings.push(warning.help("lower the first number of `bracket`"));
+            let help = "lower the first number of `bracket`";
+            warnings.push(Diagnostic::warning(Code::FactorBelowBracket, "bracket", message, help));
         }
         [Some(_), None] => {
             let why = why_it_holds(simulation);
             let message = format!("the blocks hold with the largest factor, {high}{why}");
-            let warning = Diagnostic::warning(Code::FactorAboveBracket, "bracket", message);
-            warnings.push(warning.help("raise the second number of `bracket`"));
+            let help = "raise the second number of `bracket`";
+            warnings.push(Diagnostic::warning(Code::FactorAboveBracket, "bracket", message, help));
         }
         _ => {}
     }
@@ -125,8 +125,8 @@ pub(super) fn warnings(
             "the trial with strengths / {unstable:.4} was undecided after {steps} steps and counts as unstable: the \
              factor of safety may be larger"
         );
-        let warning = Diagnostic::warning(Code::UndecidedTrial, "max_steps", message);
-        warnings.push(warning.help("raise `max_steps`"));
+        let help = "raise `max_steps`";
+        warnings.push(Diagnostic::warning(Code::UndecidedTrial, "max_steps", message, help));
     }
     let rests = |trial: &&SafetyTrial| trial.factor > unstable && trial.verdict == Verdict::AtRest;
     if let Some(SafetyTrial { factor, .. }) = found.trials.iter().rev().find(rests) {
@@ -134,8 +134,8 @@ pub(super) fn warnings(
             "strengths / {factor:.4} came to rest, but strengths / {unstable:.4} did not: the factor of safety may \
              be as large as {factor:.4}"
         );
-        let warning = Diagnostic::warning(Code::NonmonotonicSafety, "bracket", message);
-        warnings.push(warning.help(format!("search again with a `bracket` above {unstable:.4}")));
+        let help = format!("search again with a `bracket` above {unstable:.4}");
+        warnings.push(Diagnostic::warning(Code::NonmonotonicSafety, "bracket", message, help));
     }
     warnings
 }

@@ -322,7 +322,8 @@ impl<'a> Running<'a> {
         let Some(failure) = self.counters.failure.map(failed(self.stage)) else { return Ok(None) };
         if self.stage.on_failure.unwrap_or_default() == OnFailure::Continue {
             let at = stage_place(deck, self.stage);
-            let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string());
+            let help = "later stages start from the state at the failure";
+            let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string(), help);
             cursor.warn(deck, warning, self.observer);
             return Ok(None);
         }

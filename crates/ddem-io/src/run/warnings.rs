@@ -51,8 +51,8 @@ pub(super) fn undamped_sliding(
     (!rigid && energy.friction - begun.friction > SLID * most).then(|| {
         let message =
             "deformable blocks slid without damping: they vibrate, which reduces their friction";
-        Diagnostic::warning(Code::UndampedSliding, "contact.damping", message)
-            .help("check whether `damping = 0.2` in `[contact]` changes the result")
+        let help = "check whether `damping = 0.2` in `[contact]` changes the result";
+        Diagnostic::warning(Code::UndampedSliding, "contact.damping", message, help)
     })
 }
 
@@ -71,7 +71,8 @@ pub(super) fn detonations(simulation: &Simulation, before: &[bool]) -> Vec<Diagn
         let at = format!("charge[{index}]");
         if charge.vented && charge.detonation_volume == Some(charge.volume) {
             let message = "the charge had no effect: its cavity had already vented at detonation";
-            return Some(Diagnostic::warning(Code::VentedCharge, at, message));
+            let help = "detonate it before the rock around it opens: with a smaller `delay`, or earlier by `from`";
+            return Some(Diagnostic::warning(Code::VentedCharge, at, message, help));
         }
         ((part - 1.0).abs() > CHANGED).then(|| {
             let message = format!(
@@ -79,7 +80,8 @@ pub(super) fn detonations(simulation: &Simulation, before: &[bool]) -> Vec<Diagn
                 part * size.volume,
                 100.0 * part
             );
-            Diagnostic::warning(Code::CavityChanged, at, message)
+            let help = "compare its `delay` and `from` with those of the charges and loads before it";
+            Diagnostic::warning(Code::CavityChanged, at, message, help)
         })
     });
     warnings.collect()
@@ -93,7 +95,7 @@ pub(super) fn energy_imbalance(
     deck: &Deck,
 ) -> Option<Diagnostic> {
     let relax = stage.kind == StageKind::Relax;
-    let help = if relax { "more `increments`" } else { "a shorter `time_step`" };
+    let remedy = if relax { "more `increments`" } else { "a shorter `time_step`" };
     let Energy { balance, contact, .. } = *energy;
     // Losses have the opposite sign in `balance`.
     let (error, column, cause) = if contact.abs() > balance.abs() {
@@ -108,7 +110,7 @@ pub(super) fn energy_imbalance(
             "energy imbalance: {:.1} % of the largest energy is {went}{cause} (`{column}` in energy.csv)",
             100.0 * imbalance
         );
-        Diagnostic::warning(Code::EnergyImbalance, stage_place(deck, stage), message)
-            .help(format!("check whether {help} changes the result"))
+        let help = format!("check whether {remedy} changes the result");
+        Diagnostic::warning(Code::EnergyImbalance, stage_place(deck, stage), message, help)
     })
 }

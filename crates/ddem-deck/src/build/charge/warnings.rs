@@ -13,8 +13,8 @@ use ddem_core::problem::{Geometry, Vec3};
 /// Atmospheric pressure `[Pa]`.
 const AIR: f64 = 1e5;
 
-fn of_region(index: usize, code: Code, message: String) -> Diagnostic {
-    Diagnostic::warning(code, format!("charge[{index}].where"), message)
+fn of_region(index: usize, code: Code, message: String, help: &str) -> Diagnostic {
+    Diagnostic::warning(code, format!("charge[{index}].where"), message, help)
 }
 
 /// Warnings about the cavities of a charge.
@@ -35,7 +35,7 @@ pub(super) fn of_cavities(
         if own < all {
             let message = format!("the charge pushes {own} of the {all} walls of its cavity");
             let help = "`where` must contain the centres of all walls";
-            warnings.push(of_region(index, Code::UnselectedWalls, message).help(help));
+            warnings.push(of_region(index, Code::UnselectedWalls, message, help));
         }
         if let Some(&first) = cavity.within.first() {
             let message = format!(
@@ -45,7 +45,8 @@ pub(super) fn of_cavities(
                 deck.set_name(geometry.set(first)),
                 place(geometry.centre(first))
             );
-            warnings.push(of_region(index, Code::BlocksInCavity, message));
+            let help = "`[[remove]]` these blocks as well, or move the charge";
+            warnings.push(of_region(index, Code::BlocksInCavity, message, help));
         }
     }
     warnings
@@ -61,21 +62,22 @@ fn ended(index: usize, end: CavityEnd, at: Vec3, deck: &Deck) -> Diagnostic {
                 "its cavity is open to the outside at {at}: the gas pushes the walls that are there, and \
                  nothing balances its force on the opening"
             );
-            of_region(index, Code::OpenCavity, message)
+            let help = "leave blocks at the end of the hole, as stemming";
+            of_region(index, Code::OpenCavity, message, help)
         }
         CavityEnd::OtherCavity => {
             let message = format!(
                 "its cavity continues at {at} among blocks that `[[refine]]` splits in another way: the gas does \
                  not get there"
             );
-            of_region(index, Code::DividedCavity, message).help(split)
+            of_region(index, Code::DividedCavity, message, split)
         }
         CavityEnd::Split => {
             let message = format!(
                 "its cavity borders on blocks that `[[refine]]` splits in another way, at {at}: the gas does not \
                  push them"
             );
-            of_region(index, Code::DividedCavity, message).help(split)
+            of_region(index, Code::DividedCavity, message, split)
         }
         CavityEnd::Set(set) => {
             let message = format!(
@@ -83,7 +85,7 @@ fn ended(index: usize, end: CavityEnd, at: Vec3, deck: &Deck) -> Diagnostic {
                 deck.set_name(set)
             );
             let help = "all blocks around a cavity must belong to one set";
-            of_region(index, Code::SetsInCavity, message).help(help)
+            of_region(index, Code::SetsInCavity, message, help)
         }
     }
 }
@@ -100,7 +102,8 @@ pub(super) fn of_joints(
     if others > 0 {
         let message =
             format!("the gas does not push {others} joints between faces that do not match");
-        warnings.push(of_region(index, Code::NonconformingJoints, message));
+        let help = "split the blocks on both sides alike, or leave these joints out of `where`";
+        warnings.push(of_region(index, Code::NonconformingJoints, message, help));
     }
     // A sphere or cylinder around the centre of a block probably stands for a hole that nobody has
     // removed. If it is wider than two blocks, it may select the joints of a part of the model.
@@ -117,7 +120,7 @@ pub(super) fn of_joints(
             place(geometry.centre(block))
         );
         let help = "a `[[remove]]` makes the hole";
-        warnings.push(of_region(index, Code::MissingRemove, message).help(help));
+        warnings.push(of_region(index, Code::MissingRemove, message, help));
     }
     warnings
 }
@@ -134,7 +137,8 @@ pub(super) fn weak(
         "{mass} kg of explosive begin with {pressure:.3e} Pa in a cavity of {room:.4e} m³, less than the \
          pressure of the air"
     );
-    Some(Diagnostic::warning(Code::WeakCharge, format!("charge[{index}].mass"), message))
+    let help = "check the mass, in kg, and the size of the hole, in m";
+    Some(Diagnostic::warning(Code::WeakCharge, format!("charge[{index}].mass"), message, help))
 }
 
 /// Warning about an explosive with more volume than its cavity `[m³]`.
@@ -142,5 +146,6 @@ pub(super) fn full(index: usize, own: f64, room: f64) -> Diagnostic {
     let message = format!(
         "{own:.4e} m³ of explosive in a cavity of {room:.4e} m³: it begins with the detonation pressure"
     );
-    Diagnostic::warning(Code::FullCavity, format!("charge[{index}].mass"), message)
+    let help = "check the mass, in kg, and the size of the hole, in m; a larger hole holds more";
+    Diagnostic::warning(Code::FullCavity, format!("charge[{index}].mass"), message, help)
 }

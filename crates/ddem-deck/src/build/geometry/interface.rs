@@ -74,8 +74,8 @@ pub(in crate::build) fn gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic
     warnings
 }
 
-fn of_set(set: usize, code: Code, message: String) -> Diagnostic {
-    Diagnostic::warning(code, format!("blocks[{set}]"), message)
+fn of_set(set: usize, code: Code, message: String, help: &str) -> Diagnostic {
+    Diagnostic::warning(code, format!("blocks[{set}]"), message, help)
 }
 
 /// Warnings about sets whose gap is narrower than the thickness of their joint.
@@ -99,7 +99,7 @@ fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
             name(deck, joint)
         );
         let help = "joints join sets that touch, or whose gap is as wide as the joint is thick";
-        of_set(sets[1], Code::JointDoesNotFill, message).help(help)
+        of_set(sets[1], Code::JointDoesNotFill, message, help)
     });
     warnings.collect()
 }
@@ -130,7 +130,7 @@ fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
             over(faces)
         );
         let help = "close the gap if they are meant to touch or to be joined";
-        of_set(sets[1], Code::GapBetweenSets, message).help(help)
+        of_set(sets[1], Code::GapBetweenSets, message, help)
     });
     warnings.collect()
 }
