@@ -208,12 +208,11 @@ fn say(failure: &CommandFailure) {
             }
         }
         CommandFailure::Run(failure) => {
-            let code = match failure {
-                // The message of each fault already ends with its code.
-                RunFailure::Model(_) => String::new(),
-                failure => format!(" [{}]", failure.code()),
-            };
-            complain(&format!("error: {failure}{}{code}\n", advice::advice(failure)));
+            let (text, code) = (failure.to_string(), failure.code());
+            match advice::advice(failure) {
+                "" => complain(&format!("error: {text}\n")),
+                advice => complain(&format!("error: {}{advice} [{code}]\n", code.strip(&text))),
+            }
         }
         CommandFailure::NoCommand(arguments) => {
             let deck = if arguments.is_empty() { "deck.toml".into() } else { arguments.join(" ") };
@@ -222,7 +221,7 @@ fn say(failure: &CommandFailure) {
                 ErrorCode::UnknownCommand
             ));
         }
-        CommandFailure::Results(error) => complain(&format!("error: {error} [{}]\n", error.code())),
+        CommandFailure::Results(error) => complain(&format!("error: {error}\n")),
         CommandFailure::Picture(error) => {
             if let Some(code) = error.code() {
                 complain(&format!("error: {error} [{code}]\n"));

@@ -11,7 +11,10 @@ use ddem_io::summary::Summary;
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum NoResults {
     /// There is no such folder.
-    #[error("there is no folder `{}`{}", folder.display(), meant(near.as_deref()))]
+    #[error(
+        "there is no folder `{}`{} [{}]",
+        folder.display(), meant(near.as_deref()), ErrorCode::ResultsFolder
+    )]
     Missing {
         /// The folder.
         folder: PathBuf,
@@ -20,8 +23,8 @@ pub(crate) enum NoResults {
     },
     /// The path is a file.
     #[error(
-        "`{}` is a file: give the folder of the results, such as `{}`",
-        file.display(), likely.display()
+        "`{}` is a file: give the folder of the results, such as `{}` [{}]",
+        file.display(), likely.display(), ErrorCode::ResultsFolder
     )]
     File {
         /// The file.
@@ -30,7 +33,10 @@ pub(crate) enum NoResults {
         likely: PathBuf,
     },
     /// No run has completed a stage in the folder.
-    #[error("`{}` has no {SUMMARY}: no run has ended a stage there", folder.display())]
+    #[error(
+        "`{}` has no {SUMMARY}: no run has ended a stage there [{}]",
+        folder.display(), ErrorCode::ResultsFolder
+    )]
     Nothing {
         /// The folder.
         folder: PathBuf,
@@ -38,16 +44,6 @@ pub(crate) enum NoResults {
     /// The summary cannot be read.
     #[error(transparent)]
     Unreadable(#[from] OutputError),
-}
-
-impl NoResults {
-    /// Code of the error.
-    pub(crate) fn code(&self) -> ErrorCode {
-        match self {
-            Self::Unreadable(error) => error.code(),
-            _ => ErrorCode::ResultsFolder,
-        }
-    }
 }
 
 fn meant(near: Option<&Path>) -> String {

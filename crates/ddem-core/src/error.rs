@@ -83,14 +83,15 @@ impl From<Fault> for ModelError {
     }
 }
 
-/// Error of a run that cannot continue.
+/// Error of a run that cannot continue. Its display ends with the code.
 #[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RunError {
     /// The requested time step is unstable.
     #[error(
         "the time step, {time_step:.6e} s, exceeds the critical time step, {critical:.6e} s (2/ω_max): the \
-         motion would grow without bound"
+         motion would grow without bound [{}]",
+        ErrorCode::UnstableTimeStep
     )]
     UnstableTimeStep {
         /// Requested time step `[s]`.
@@ -101,7 +102,8 @@ pub enum RunError {
     /// The time step or the duration is less than a billionth of the critical time step.
     #[error(
         "the time step, {time_step:e} s, is less than a billionth of the critical time step, \
-         {critical:.6e} s"
+         {critical:.6e} s [{}]",
+        ErrorCode::UnstableTimeStep
     )]
     TooShort {
         /// Requested time step `[s]`.
@@ -110,13 +112,17 @@ pub enum RunError {
         critical: f64,
     },
     /// The critical time step is not a positive number: stiffnesses or masses are out of range.
-    #[error("the critical time step is not a number: density or moduli are far out of range")]
+    #[error(
+        "the critical time step is not a number: density or moduli are far out of range [{}]",
+        ErrorCode::NoCriticalStep
+    )]
     NoCriticalStep,
     /// Relaxation finds no mass for a node: its joints are so stiff that rounding removes the
     /// block's stiffness.
     #[error(
         "relaxation finds no mass for node {node} of block {block}: its joints are so much stiffer than the block that \
-         rounding removes it, or a stiffness is not a number; use thicker or softer joints"
+         rounding removes it, or a stiffness is not a number; use thicker or softer joints [{}]",
+        ErrorCode::NoRelaxationMass
     )]
     NoRelaxationMass {
         /// Block of the node.
@@ -127,7 +133,8 @@ pub enum RunError {
     /// Gradual changes of strengths need more joint laws than can be numbered.
     #[error(
         "the relaxation needs {laws} joint laws, more than 65 534, to change strengths gradually; `increments = 1` \
-         changes them at once"
+         changes them at once [{}]",
+        ErrorCode::TooLarge
     )]
     TooManyLaws {
         /// Number of required laws.
@@ -140,10 +147,13 @@ pub enum RunError {
         faults: Vec<Fault>,
     },
     /// A program stopped the run before anything moved.
-    #[error("stopped")]
+    #[error("stopped [{}]", ErrorCode::Stopped)]
     Stopped,
     /// A history that a program computes has no value.
-    #[error("the history of {entry} failed at time {time:.6e} s: {message}")]
+    #[error(
+        "the history of {entry} failed at time {time:.6e} s: {message} [{}]",
+        ErrorCode::HistoryFailed
+    )]
     HistoryFailed {
         /// The load, charge, support or boundary, as in `load[0]`.
         entry: String,
@@ -155,7 +165,8 @@ pub enum RunError {
     /// A program entered a stage before the present one. Nothing has changed.
     #[error(
         "stage {stage} comes before stage {present}, which has begun: stages are entered forwards only; \
-         to go back, load a state that was saved before"
+         to go back, load a state that was saved before [{}]",
+        ErrorCode::EarlierStage
     )]
     EarlierStage {
         /// Number of the stage in the deck.
@@ -167,7 +178,8 @@ pub enum RunError {
     #[error(
         "diverged at step {step}, time {time:.6e} s: the forces are no longer finite, first at \
          node {node} of block {block}; the usual causes are excessive loads or velocities, or an \
-         inverted element"
+         inverted element [{}]",
+        ErrorCode::Diverged
     )]
     Diverged {
         /// Steps since the start of the run.
@@ -182,8 +194,9 @@ pub enum RunError {
     /// A block moves so far in one step that contacts could be missed.
     #[error(
         "block {block} of `{set}` moved {distance:.3e} m in step {step}, at time {time:.6e} s: more than a \
-         quarter of the shortest edge of a block, {edge} m, so that contacts could be missed; {}",
-        block_too_fast(*driven)
+         quarter of the shortest edge of a block, {edge} m, so that contacts could be missed; {} [{}]",
+        block_too_fast(*driven),
+        ErrorCode::BlockTooFast
     )]
     BlockTooFast {
         /// The fastest block.
@@ -204,8 +217,9 @@ pub enum RunError {
     /// Two blocks penetrate each other so deeply that they could pass through each other.
     #[error(
         "block {} of `{}` and block {} of `{}` penetrate each other by {depth:.3e} m in step {step}, at time \
-         {time:.6e} s: more than a quarter of their shortest edge, {edge} m; {}",
-        .blocks[0], .sets[0], .blocks[1], .sets[1], deep_penetration(*driven, *relaxes)
+         {time:.6e} s: more than a quarter of their shortest edge, {edge} m; {} [{}]",
+        .blocks[0], .sets[0], .blocks[1], .sets[1], deep_penetration(*driven, *relaxes),
+        ErrorCode::DeepPenetration
     )]
     DeepPenetration {
         /// The two blocks.
@@ -228,7 +242,10 @@ pub enum RunError {
     },
     /// There is no equilibrium: blocks separate or slide without end, because their joints have
     /// failed.
-    #[error("there is no equilibrium: {}{}", named(moving), after(*failed))]
+    #[error(
+        "there is no equilibrium: {}{} [{}]",
+        named(moving), after(*failed), ErrorCode::NoEquilibrium
+    )]
     NoEquilibrium {
         /// Two neighbours with the largest relative displacement since the last event: the start of
         /// the stage, an increment or a failure.
@@ -245,8 +262,9 @@ pub enum RunError {
     /// Relaxation has not converged within the allowed number of steps.
     #[error(
         "not in equilibrium after {max_steps} steps: unbalanced ratio {ratio:.3e}, tolerance \
-         {tolerance:.3e}{}{}",
-        hint(*ratio, *failed), moving(fastest.as_ref())
+         {tolerance:.3e}{}{} [{}]",
+        hint(*ratio, *failed), moving(fastest.as_ref()),
+        ErrorCode::NotConverged
     )]
     NotConverged {
         /// Unbalanced ratio reached.
@@ -263,8 +281,9 @@ pub enum RunError {
     /// Rounding keeps the unbalanced ratio above the tolerance.
     #[error(
         "the unbalanced ratio stays at {ratio:.1e}, above the tolerance {tolerance:.1e}: the rest is rounding, most of \
-         it at block {block}{}; use a tolerance of {:.0e}{}",
-        stiff(joint.as_ref(), *force, *far), 3.0 * ratio, thicker(joint.as_ref(), ratio / tolerance, *far)
+         it at block {block}{}; use a tolerance of {:.0e}{} [{}]",
+        stiff(joint.as_ref(), *force, *far), 3.0 * ratio, thicker(joint.as_ref(), ratio / tolerance, *far),
+        ErrorCode::UnreachableTolerance
     )]
     UnreachableTolerance {
         /// Unbalanced ratio reached.

@@ -8,6 +8,7 @@ use std::fs::{self, File, TryLockError};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
 
+use ddem_core::ErrorCode;
 use serde::{Deserialize, Serialize};
 
 use crate::output_error::OutputError;
@@ -33,7 +34,10 @@ const RESULTS: [&str; 9] =
 #[non_exhaustive]
 pub enum FolderError {
     /// The results in it come from another deck.
-    #[error("{} holds the results of another deck, {deck} \"{title}\"", folder.display())]
+    #[error(
+        "{} holds the results of another deck, {deck} \"{title}\" [{}]",
+        folder.display(), ErrorCode::ResultsFolder
+    )]
     OtherDeck {
         /// The folder.
         folder: PathBuf,
@@ -43,7 +47,10 @@ pub enum FolderError {
         title: String,
     },
     /// A file has the name of a result, but nothing shows that this program wrote it.
-    #[error("{} holds {file}, which ddem did not write", folder.display())]
+    #[error(
+        "{} holds {file}, which ddem did not write [{}]",
+        folder.display(), ErrorCode::ResultsFolder
+    )]
     ForeignFile {
         /// The folder.
         folder: PathBuf,
@@ -51,27 +58,28 @@ pub enum FolderError {
         file: String,
     },
     /// The path names a file.
-    #[error("{} is a file, not a folder", folder.display())]
+    #[error("{} is a file, not a folder [{}]", folder.display(), ErrorCode::ResultsFolder)]
     NotAFolder {
         /// The path.
         folder: PathBuf,
     },
     /// Another run is writing its results there.
-    #[error("another run is writing to {}", folder.display())]
+    #[error("another run is writing to {} [{}]", folder.display(), ErrorCode::ResultsFolder)]
     InUse {
         /// The folder.
         folder: PathBuf,
     },
     /// The folder holds no checkpoint to resume.
-    #[error("{} holds no checkpoint to resume", folder.display())]
+    #[error("{} holds no checkpoint to resume [{}]", folder.display(), ErrorCode::ResultsFolder)]
     NothingToResume {
         /// The folder.
         folder: PathBuf,
     },
     /// The deck is not the one the run was started with.
     #[error(
-        "the deck has changed since the run in {} started; a run resumes with the same deck only",
-        folder.display()
+        "the deck has changed since the run in {} started; a run resumes with the same deck only [{}]",
+        folder.display(),
+        ErrorCode::ResultsFolder
     )]
     DeckChanged {
         /// The folder.
@@ -86,6 +94,17 @@ pub enum FolderError {
 }
 
 ddem_core::debug_as_display!(FolderError);
+
+impl FolderError {
+    /// Code of the error.
+    #[must_use]
+    pub fn code(&self) -> ErrorCode {
+        match self {
+            Self::NotWritable { source } => source.code(),
+            _ => ErrorCode::ResultsFolder,
+        }
+    }
+}
 
 /// Treatment of the results that a folder holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -13,7 +13,10 @@ pub type Cause = Box<dyn std::error::Error + Send + Sync + 'static>;
 #[non_exhaustive]
 pub enum OutputError {
     /// The disk or the quota of the user is exhausted.
-    #[error("no space left on the disk while {operation} {}", path.display())]
+    #[error(
+        "no space left on the disk while {operation} {} [{}]",
+        path.display(), ErrorCode::FileAccess
+    )]
     DiskFull {
         /// The file being written.
         path: PathBuf,
@@ -23,7 +26,10 @@ pub enum OutputError {
         source: Cause,
     },
     /// Another program holds the file.
-    #[error("{operation} {} failed: another program holds the file; close it there", path.display())]
+    #[error(
+        "{operation} {} failed: another program holds the file; close it there [{}]",
+        path.display(), ErrorCode::FileAccess
+    )]
     Busy {
         /// The file which is held.
         path: PathBuf,
@@ -33,7 +39,7 @@ pub enum OutputError {
         source: Cause,
     },
     /// The system reported an error.
-    #[error("{operation} {} failed: {error}", path.display())]
+    #[error("{operation} {} failed: {error} [{}]", path.display(), ErrorCode::FileAccess)]
     Io {
         /// The file.
         path: PathBuf,
@@ -43,7 +49,7 @@ pub enum OutputError {
         error: io::Error,
     },
     /// The HDF5 library, or the CSV or JSON reader, reported an error.
-    #[error("{operation} {} failed: {error}", path.display())]
+    #[error("{operation} {} failed: {error} [{}]", path.display(), ErrorCode::FileAccess)]
     Format {
         /// The file.
         path: PathBuf,
@@ -54,7 +60,7 @@ pub enum OutputError {
     },
     /// The file is not of the kind that its name says: it is truncated, or another program or a
     /// newer version wrote it.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {message} [{}]", path.display(), ErrorCode::InvalidFile)]
     Unusable {
         /// The file.
         path: PathBuf,
@@ -62,7 +68,7 @@ pub enum OutputError {
         message: String,
     },
     /// The given data do not fit the file.
-    #[error("{}: {message}", path.display())]
+    #[error("{}: {message} [{}]", path.display(), ErrorCode::InvalidFile)]
     Mismatch {
         /// The file.
         path: PathBuf,

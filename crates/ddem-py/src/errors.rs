@@ -100,7 +100,9 @@ pub(crate) fn faults(
 /// Exception for a failed step. `stage` comes before the message.
 pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr {
     let code = error.code();
-    let message = notation::text(&format!("{stage}{error} [{code}]"));
+    let message = notation::text(&format!("{stage}{error}"));
+    let text = error.to_string();
+    let text = code.strip(&text);
     let raised = match *error {
         RunError::NotConverged { ratio, .. } | RunError::UnreachableTolerance { ratio, .. } => {
             raise!(py, "NotConverged", (message, ratio))
@@ -118,14 +120,12 @@ pub(crate) fn run_error(py: Python<'_>, error: &RunError, stage: &str) -> PyErr 
         }
         RunError::HistoryFailed { ref entry, .. } => {
             let place = format!("{entry}.history");
-            faults(py, &[Fault::new(code, place, format!("{stage}{error}"))], &|_| None)
+            faults(py, &[Fault::new(code, place, format!("{stage}{text}"))], &|_| None)
         }
         RunError::Values { faults: ref wrong } => faults(py, wrong, &|_| None),
-        RunError::EarlierStage { .. } => {
-            faults(py, &[Fault::new(code, "stage", error.to_string())], &|_| None)
-        }
+        RunError::EarlierStage { .. } => faults(py, &[Fault::new(code, "stage", text)], &|_| None),
         RunError::UnstableTimeStep { .. } | RunError::TooShort { .. } => {
-            faults(py, &[Fault::new(code, "time_step", error.to_string())], &|_| None)
+            faults(py, &[Fault::new(code, "time_step", text)], &|_| None)
         }
         _ => raise!(py, "Error", (message,)),
     };
@@ -154,7 +154,7 @@ pub(crate) fn model(py: Python<'_>, error: &ModelError) -> PyErr {
 pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
     match error {
         DeckError::Unreadable { path, source } => {
-            os_error(source, path, &format!("{error}: {source}"), error.code())
+            os_error(source, path, error.code().strip(&error.to_string()), error.code())
         }
         DeckError::Wrong { findings, .. } => {
             let python = |f: &ddem_deck::Finding| {
@@ -164,13 +164,13 @@ pub(crate) fn deck(py: Python<'_>, error: &DeckError) -> PyErr {
             let list: Vec<_> = findings.iter().map(python).collect();
             coded(py, raise!(py, "ModelError", (error.report(false), list)), error.code())
         }
-        _ => model_error(py, "", &error.to_string(), None),
+        _ => model_error(py, "", error.code().strip(&error.to_string()), None),
     }
 }
 
 /// Exception for a run that did not start or did not reach its end.
 pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
-    let message = format!("{failure} [{}]", failure.code());
+    let message = failure.to_string();
     match failure {
         RunFailure::Deck(error) => deck(py, error),
         RunFailure::Model(error) => model(py, error),
@@ -197,7 +197,8 @@ fn folder(error: &FolderError) -> PyErr {
         FolderError::DeckChanged { .. } => ": restore it, or run without resume=True to start over",
         _ => "",
     };
-    let message = format!("{error}{advice} [{}]", ErrorCode::ResultsFolder);
+    let (text, code) = (error.to_string(), error.code());
+    let message = format!("{}{advice} [{code}]", code.strip(&text));
     match error {
         FolderError::NotWritable { source } => output(source),
         FolderError::OtherDeck { .. }
@@ -210,7 +211,8 @@ fn folder(error: &FolderError) -> PyErr {
 pub(crate) fn output(error: &OutputError) -> PyErr {
     let full = matches!(error, OutputError::DiskFull { .. });
     let advice = if full { ": free some space or give another folder" } else { "" };
-    let (message, code) = (format!("{error}{advice}"), error.code());
+    let (text, code) = (error.to_string(), error.code());
+    let message = format!("{}{advice}", code.strip(&text));
     match error {
         OutputError::Io { path, error, .. } => os_error(error, path, &message, code),
         _ => PyOSError::new_err(format!("{message} [{code}]")),

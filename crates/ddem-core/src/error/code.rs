@@ -94,6 +94,15 @@ impl fmt::Display for ErrorCode {
     }
 }
 
+impl ErrorCode {
+    /// Text of an error without this code at its end, to which a program can add advice.
+    #[must_use]
+    pub fn strip(self, text: &str) -> &str {
+        let mark = format!(" [{self}]");
+        text.strip_suffix(mark.as_str()).unwrap_or(text)
+    }
+}
+
 impl RunError {
     /// Code of the error; for [`Values`](Self::Values) the code of the first fault.
     #[must_use]

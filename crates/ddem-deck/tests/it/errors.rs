@@ -120,8 +120,7 @@ fn run_error_messages() {
             far: None,
         },
     ];
-    let messages: Vec<String> =
-        errors.iter().map(|error| format!("{error} [{}]", error.code())).collect();
+    let messages: Vec<String> = errors.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(messages.join("\n"));
 }
 
@@ -155,10 +154,6 @@ fn run_failure_messages() {
         RunFailure::Checkpoint { path: folder(), message: "another model".to_owned() },
         RunFailure::Internal { message: "index out of bounds".to_owned() },
     ];
-    let line = |failure: &RunFailure| match failure {
-        RunFailure::Deck(error) => error.to_string(),
-        failure => format!("{failure} [{}]", failure.code()),
-    };
-    let messages: Vec<String> = failures.iter().map(line).collect();
+    let messages: Vec<String> = failures.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(messages.join("\n"));
 }

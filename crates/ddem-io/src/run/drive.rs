@@ -72,7 +72,9 @@ impl<'a> Drive<'a> {
             folder = open()?;
             let path = folder.checkpoint();
             let resumed = resume::load(&path).map_err(|failure| match failure {
-                RunFailure::Output(error) => resume::wrong(&path, error.to_string()),
+                RunFailure::Output(error) => {
+                    resume::wrong(&path, error.code().strip(&error.to_string()))
+                }
                 failure => failure,
             })?;
             if resumed.deck != text {
@@ -175,7 +177,9 @@ impl<'a> Drive<'a> {
         let at = stage_place(site.deck(), stage);
         let help =
             format!("the factor of safety refers to the state at the start of `{}`", stage.name);
-        let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string(), help);
+        let text = failure.to_string();
+        let text = failure.code().strip(&text);
+        let warning = Diagnostic::warning(Code::FailedStage, at, text, help);
         cursor.warn(site.deck(), warning, *observer);
         Ok(Ended::Done(None))
     }

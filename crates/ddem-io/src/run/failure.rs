@@ -10,7 +10,7 @@ use ddem_deck::DeckError;
 use crate::OutputError;
 
 /// Reason why a run did not start or did not reach its end. A message includes its cause, which `source()` does not
-/// repeat.
+/// repeat, and ends with the code.
 #[derive(thiserror::Error)]
 #[non_exhaustive]
 pub enum RunFailure {
@@ -26,8 +26,9 @@ pub enum RunFailure {
     /// The model does not fit in memory.
     #[error(
         "the model needs about {} of memory, and {} is available ({nodes} nodes in {blocks} \
-         blocks): use fewer blocks or divisions",
-        super::report::bytes(*needed), super::report::bytes(*available)
+         blocks): use fewer blocks or divisions [{}]",
+        super::report::bytes(*needed), super::report::bytes(*available),
+        ErrorCode::OutOfMemory
     )]
     Memory {
         /// Bytes that the run would need.
@@ -40,7 +41,7 @@ pub enum RunFailure {
         nodes: u64,
     },
     /// The threads could not be started.
-    #[error("cannot start {threads} threads: {error}")]
+    #[error("cannot start {threads} threads: {error} [{}]", ErrorCode::Threads)]
     Threads {
         /// Requested number of threads.
         threads: usize,
@@ -48,7 +49,7 @@ pub enum RunFailure {
         error: Box<dyn std::error::Error + Send + Sync>,
     },
     /// The observer stopped the run before anything was written.
-    #[error("stopped before the first step")]
+    #[error("stopped before the first step [{}]", ErrorCode::Stopped)]
     Stopped,
     /// A stage could not continue. The files written so far are intact.
     #[error("stage `{stage}`: {error}")]
@@ -63,15 +64,19 @@ pub enum RunFailure {
     Output(#[from] OutputError),
     /// Another simulation has written results to a folder since this one did.
     #[error(
-        "another simulation has recorded in {} since this one did: record in another folder",
-        folder.display()
+        "another simulation has recorded in {} since this one did: record in another folder [{}]",
+        folder.display(),
+        ErrorCode::ResultsFolder
     )]
     Recorded {
         /// The folder.
         folder: PathBuf,
     },
     /// The checkpoint is not one of this deck.
-    #[error("`{}` cannot be resumed: {message}", path.display())]
+    #[error(
+        "`{}` cannot be resumed: {message} [{}]",
+        path.display(), ErrorCode::CheckpointMismatch
+    )]
     Checkpoint {
         /// The checkpoint.
         path: PathBuf,
@@ -79,7 +84,7 @@ pub enum RunFailure {
         message: String,
     },
     /// The program itself has a fault.
-    #[error("internal error, please report it: {message}")]
+    #[error("internal error, please report it: {message} [{}]", ErrorCode::InternalError)]
     Internal {
         /// Message of the panic.
         message: String,
@@ -102,7 +107,8 @@ impl RunFailure {
             Self::Deck(error) => error.code(),
             Self::Model(error) => error.code(),
             Self::Stage { error, .. } => error.code(),
-            Self::Folder(_) | Self::Recorded { .. } => ErrorCode::ResultsFolder,
+            Self::Folder(error) => error.code(),
+            Self::Recorded { .. } => ErrorCode::ResultsFolder,
             Self::Memory { .. } => ErrorCode::OutOfMemory,
             Self::Threads { .. } => ErrorCode::Threads,
             Self::Stopped => ErrorCode::Stopped,

@@ -241,7 +241,7 @@ pub(super) fn enter(
             Fault::new(ErrorCode::EarlierStage, place, message)
                 .help("load a state that was saved before to go back")
         }
-        error => Fault::new(error.code(), place, error.to_string()),
+        error => Fault::new(error.code(), place, error.code().strip(&error.to_string())),
     })
 }
 

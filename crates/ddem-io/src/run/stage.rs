@@ -323,7 +323,9 @@ impl<'a> Running<'a> {
         if self.stage.on_failure.unwrap_or_default() == OnFailure::Continue {
             let at = stage_place(deck, self.stage);
             let help = "later stages start from the state at the failure";
-            let warning = Diagnostic::warning(Code::FailedStage, at, failure.to_string(), help);
+            let text = failure.to_string();
+            let text = failure.code().strip(&text);
+            let warning = Diagnostic::warning(Code::FailedStage, at, text, help);
             cursor.warn(deck, warning, self.observer);
             return Ok(None);
         }
