@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand};
-use ddem_core::Simd;
+use ddem_core::{ErrorCode, Simd};
 use ddem_deck::names;
 use ddem_io::folder::Earlier;
 
@@ -165,17 +165,44 @@ impl RunArguments {
     }
 }
 
+/// Commands, for a message.
+const COMMANDS: &str = "ddem runs one deck, and its commands are schema, info and plot";
+
 /// Error with a plain message for an unexpected second word: a misspelt command or a second deck.
-/// Other errors are returned unchanged.
-pub(crate) fn explained(error: clap::Error) -> clap::Error {
-    match error.get(ContextKind::InvalidSubcommand) {
-        Some(ContextValue::String(word)) if error.kind() == ErrorKind::ArgumentConflict => {
-            Cli::command().error(
-                ErrorKind::ArgumentConflict,
-                format!("unexpected `{word}`: ddem runs one deck, and its commands are schema, info and plot"),
-            )
+/// Other errors are returned unchanged. `words` are those of the command line.
+pub(crate) fn explained(error: clap::Error, words: &[String]) -> clap::Error {
+    let Some(ContextValue::String(second)) = error.get(ContextKind::InvalidSubcommand) else {
+        return error;
+    };
+    if error.kind() != ErrorKind::ArgumentConflict {
+        return error;
+    }
+    let is_deck = |word: &str| Path::new(word).extension().is_some_and(|end| end == "toml");
+    let first = words.iter().find(|word| !word.starts_with('-'));
+    let (kind, message) = match first {
+        Some(first) if is_deck(second) && !is_deck(first) => {
+            let option = if first == "check" { " --check" } else { "" };
+            let message =
+                format!("there is no command `{first}`: write `ddem {second}{option}`; {COMMANDS}");
+            (ErrorKind::InvalidSubcommand, message)
         }
-        _ => error,
+        _ => (ErrorKind::ArgumentConflict, format!("unexpected `{second}`: {COMMANDS}")),
+    };
+    Cli::command().error(kind, message)
+}
+
+/// Text of an error of the command line, with the code at the end of its first line.
+pub(crate) fn coded(error: &clap::Error, colour: bool) -> String {
+    let text = error.render();
+    let text = if colour { text.ansi().to_string() } else { text.to_string() };
+    let code = match error.kind() {
+        ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => return text,
+        ErrorKind::InvalidSubcommand => ErrorCode::UnknownCommand,
+        _ => ErrorCode::InvalidArgument,
+    };
+    match text.split_once('\n') {
+        Some((first, rest)) => format!("{first} [{code}]\n{rest}"),
+        None => format!("{text} [{code}]\n"),
     }
 }
 

@@ -92,8 +92,8 @@ fn main() -> ExitCode {
 }
 
 fn command() -> Result<CommandOutcome, CommandFailure> {
-    let cli =
-        Cli::try_parse().map_err(|error| CommandFailure::CommandLine(args::explained(error)))?;
+    let cli = Cli::try_parse()
+        .map_err(|error| CommandFailure::CommandLine(args::explained(error, &words())))?;
     match (cli.command, cli.run) {
         (None, Some(run)) if run.check => check(&run),
         (None, Some(run)) => run_deck(&run),
@@ -108,6 +108,11 @@ fn command() -> Result<CommandOutcome, CommandFailure> {
         // clap answers an empty command line with the help.
         (None, None) => Ok(CommandOutcome::Done),
     }
+}
+
+/// Words of the command line after the program.
+fn words() -> Vec<String> {
+    std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect()
 }
 
 /// Prints a report on a deck without running it.
@@ -191,15 +196,23 @@ fn complain(text: &str) {
     let _ = io::stderr().write_all(text.as_bytes());
 }
 
+/// True if messages may have colours.
+fn colours() -> bool {
+    let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
+    io::stderr().is_terminal() && !no_colour
+}
+
 /// Prints the message of a failure.
 fn say(failure: &CommandFailure) {
     match failure {
+        CommandFailure::CommandLine(error) if error.use_stderr() => {
+            complain(&args::coded(error, colours()));
+        }
         CommandFailure::CommandLine(error) => {
             let _ = error.print();
         }
         CommandFailure::Run(RunFailure::Deck(error)) => {
-            let no_colour = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
-            complain(&error.report(io::stderr().is_terminal() && !no_colour));
+            complain(&error.report(colours()));
             if let DeckError::Unreadable { path, source } = error
                 && source.kind() == ErrorKind::NotFound
                 && let Some(near) = ddem_deck::near(path, is_deck)

@@ -21,6 +21,7 @@ use std::collections::HashSet;
 use ddem_core::problem::{Faults, Rule, shown};
 use ddem_core::{ErrorCode, Fault};
 
+use crate::schema::examples::example;
 use crate::schema::{Deck, names};
 
 /// Faults that the deck alone shows; without any of them the deck is consistent.
@@ -35,7 +36,17 @@ pub fn check(deck: &Deck) -> Vec<Fault> {
     conditions::check(deck, &mut faults);
     charge::check(deck, &mut faults);
     stages::check(deck, &mut faults);
-    faults.0
+    faults.0.into_iter().map(with_example).collect()
+}
+
+/// Fault of a number out of its range, with a valid value unless it has other help.
+fn with_example(fault: Fault) -> Fault {
+    match example(&fault.place) {
+        Some(value) if fault.help.is_none() && fault.code == ErrorCode::OutOfRange => {
+            fault.help(format!("as in `{value}`"))
+        }
+        _ => fault,
+    }
 }
 
 /// Faults of names.

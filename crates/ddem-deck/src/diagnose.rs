@@ -10,7 +10,7 @@ use ddem_core::{ErrorCode, Fault};
 use miette::{Diagnostic, GraphicalReportHandler, GraphicalTheme, LabeledSpan, NamedSource};
 
 use crate::reader::Source;
-use crate::reader::numbers;
+use crate::reader::{numbers, syntax};
 
 /// Largest number of mistakes shown in the text: a table that a program wrote wrongly has one in
 /// each row.
@@ -24,7 +24,7 @@ const SHOWN: usize = 20;
 #[non_exhaustive]
 pub enum DeckError {
     /// The file cannot be read.
-    #[error("{}: {source} ({A_DECK}) [{}]", unreadable(path), ErrorCode::InvalidFile)]
+    #[error("{}: {source} ({}) [{}]", unreadable(path), remedy(source), ErrorCode::InvalidFile)]
     Unreadable {
         /// Path of the file.
         path: PathBuf,
@@ -49,7 +49,14 @@ pub enum DeckError {
 
 ddem_core::debug_as_display!(DeckError);
 
-const A_DECK: &str = "a deck is a TOML file";
+/// Advice on a file that cannot be read.
+fn remedy(source: &io::Error) -> &'static str {
+    match source.kind() {
+        io::ErrorKind::InvalidData => "save the file as UTF-8",
+        io::ErrorKind::IsADirectory => "give the TOML file in the folder, not the folder",
+        _ => "a deck is a TOML file",
+    }
+}
 
 fn unreadable(path: &Path) -> String {
     format!("cannot read the deck `{}`", path.display())
@@ -163,13 +170,21 @@ impl Finding {
     pub(crate) fn syntax(source: &Source, errors: &[toml::de::Error]) -> Option<Self> {
         let start = |error: &toml::de::Error| error.span().map_or(0, |span| span.start);
         let first = errors.iter().min_by_key(|error| start(error))?;
+        let (text, at) = (source.text(), start(first));
         let mut fault = Fault::new(ErrorCode::Syntax, "", first.message());
         // A missing bracket is noticed at the end of the text, not where it is missing.
         let unclosed = errors.iter().find(|error| error.message().starts_with("unclosed"));
-        if let Some(hint) = numbers::hint(numbers::word(source.text(), start(first))) {
+        let unclosed = unclosed.filter(|unclosed| start(unclosed) > at);
+        let advice = match first.message() {
+            "duplicate key" => syntax::twice(text, at),
+            _ => syntax::advice(text, at),
+        };
+        if let Some(hint) = numbers::hint(numbers::word(text, at)) {
             fault = Fault::new(ErrorCode::Syntax, "", "this is not a number").help(hint);
-        } else if let Some(unclosed) = unclosed.filter(|unclosed| start(unclosed) > start(first)) {
+        } else if let Some(unclosed) = unclosed {
             fault = fault.help(format!("before this there is an {}", unclosed.message()));
+        } else if let Some((message, help)) = advice {
+            fault = Fault::new(ErrorCode::Syntax, "", message).help(help);
         }
         Some(Self::new(source, fault, first.span().unwrap_or(0..0)))
     }
@@ -235,6 +250,6 @@ impl std::error::Error for Unreadable<'_> {
 
 impl Diagnostic for Unreadable<'_> {
     fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        Some(Box::new(A_DECK))
+        Some(Box::new(remedy(self.source)))
     }
 }

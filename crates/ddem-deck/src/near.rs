@@ -23,6 +23,20 @@ pub fn near(path: &Path, wanted: impl Fn(&Path) -> bool + Copy) -> Option<PathBu
         .collect();
     // Folders are listed in any order.
     names.sort();
-    let nearest = names::nearest(name, names.iter().map(String::as_str));
-    nearest.filter(|nearest| *nearest != name).map(|nearest| folder.join(nearest))
+    let nearest = nearest(name, &names)?;
+    (nearest != name).then(|| folder.join(nearest))
+}
+
+/// Nearest of some names of files. A common ending, such as `.toml`, makes names no more alike.
+fn nearest<'a>(name: &str, names: &'a [String]) -> Option<&'a str> {
+    let ending = Path::new(name).extension().and_then(|ending| ending.to_str()).unwrap_or("");
+    let stem = |name: &'a str| name.strip_suffix(ending)?.strip_suffix('.');
+    let own = name.strip_suffix(ending).and_then(|stem| stem.strip_suffix('.'));
+    let alike = own.and_then(|own| {
+        let near = names::nearest(own, names.iter().filter_map(|name| stem(name)))?;
+        names.iter().find(|name| stem(name) == Some(near))
+    });
+    let others = names.iter().filter(|name| own.is_none() || stem(name).is_none());
+    let alike = alike.map(String::as_str);
+    alike.or_else(|| names::nearest(name, others.map(String::as_str)))
 }

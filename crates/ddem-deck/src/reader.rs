@@ -5,11 +5,14 @@ mod de;
 mod files;
 pub(crate) mod numbers;
 mod source;
+pub(crate) mod syntax;
 
 pub use files::{file_contents, join_paths, read_files, restore_files};
 pub use source::Source;
 
+use std::io;
 use std::path::Path;
+use std::string::FromUtf8Error;
 
 use ddem_core::{ErrorCode, Fault, ModelError};
 use toml::de::DeTable;
@@ -27,9 +30,20 @@ use crate::schema::Deck;
 /// keys, or names files that cannot be read. The error holds all mistakes that are found, not only
 /// the first.
 pub fn read(path: &Path) -> Result<(Deck, Source), DeckError> {
-    let text = std::fs::read_to_string(path)
-        .map_err(|source| DeckError::Unreadable { path: path.to_owned(), source })?;
+    let unreadable = |source| DeckError::Unreadable { path: path.to_owned(), source };
+    let bytes =
+        if path.is_dir() { Err(io::ErrorKind::IsADirectory.into()) } else { std::fs::read(path) };
+    let text = String::from_utf8(bytes.map_err(unreadable)?);
+    let text = text.map_err(|error| unreadable(not_text(&error)))?;
     parse(&text, &path.display().to_string())
+}
+
+/// Error of a text in another encoding, with its line.
+fn not_text(error: &FromUtf8Error) -> io::Error {
+    let valid = error.utf8_error().valid_up_to();
+    let before = error.as_bytes().iter().take(valid);
+    let line = before.filter(|byte| **byte == b'\n').count() + 1;
+    io::Error::new(io::ErrorKind::InvalidData, format!("line {line} is not UTF-8"))
 }
 
 /// Reads a deck from its text. Errors call it `name`. Files that the deck names are relative to the

@@ -10,6 +10,7 @@ mod charge;
 mod conditions;
 mod contact;
 pub(crate) mod decimal;
+pub(crate) mod examples;
 mod files;
 mod forms;
 mod keys;

@@ -10,7 +10,7 @@ use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::at_stage;
 use super::faces::{in_cavities, twice, with_areas};
-use super::geometry::{Region, nothing};
+use super::geometry::{Region, no_face, nothing};
 use crate::lint::{Code, Diagnostic};
 use crate::schema::{Boundary, BoundaryKind, Deck, Stage, StageKind, Where};
 
@@ -214,7 +214,7 @@ fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<Blo
                 "the nodes there are inside of the model or at a joint: a boundary takes faces without a \
                  neighbour, on every plane given",
             ),
-            false => fault,
+            false => no_face(fault, region, geometry),
         });
     }
     if surfaces.iter().any(|surface| region.cuts_askew(geometry, surface)) {

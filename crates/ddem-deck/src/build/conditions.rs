@@ -9,7 +9,7 @@ use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::at_stage;
 use super::charge::{Holes, charge};
-use super::geometry::{Region, no_node, nothing};
+use super::geometry::{Region, no_face, no_node, nothing};
 use crate::lint::Diagnostic;
 use crate::schema::{ChargeHistory, Deck, History, Initial, Load, Remove, StageKind, Where};
 
@@ -82,7 +82,13 @@ fn loads(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<LoadPat
                 let region = region(&load.region);
                 faults.push(no_node(format!("load[{index}].where"), &region, geometry));
             }
-            Err(what) => faults.push(nothing(format!("load[{index}].where"), what)),
+            Err(what) => {
+                let fault = nothing(format!("load[{index}].where"), what);
+                faults.push(match what {
+                    NO_FACE => no_face(fault, &region(&load.region), geometry),
+                    _ => fault,
+                });
+            }
         }
     }
     loaded
@@ -139,6 +145,8 @@ pub(super) fn motions(deck: &Deck, problem: &Problem) -> Vec<StartMotion> {
     deck.initial.iter().skip_while(|initial| !moving(initial)).map(motion).collect()
 }
 
+const NO_FACE: &str = "no outer face of a block";
+
 /// Nodal forces of one load; the error names what was not found.
 fn nodal_forces(
     load: &Load,
@@ -172,7 +180,7 @@ fn nodal_forces(
     let what = match (load.line, load.force) {
         (Some(_), _) => "no node lies on that line",
         (None, Some(_)) => "no node",
-        _ => "no outer face of a block",
+        _ => NO_FACE,
     };
     if forces.is_empty() { Err(what) } else { Ok(forces) }
 }

@@ -38,6 +38,9 @@ pub(crate) fn hint(text: &str) -> Option<String> {
     if !text.starts_with(starts) || !text.contains(|c: char| c.is_ascii_digit()) {
         return None;
     }
+    if let Some(plain) = comma(text).or_else(|| product(text)) {
+        return Some(plain);
+    }
     // The longest beginning that is a number; `e` may be its exponent or the unit's first letter.
     let ends = text.char_indices().map(|(at, c)| at + c.len_utf8()).rev();
     let number =
@@ -63,6 +66,26 @@ pub(crate) fn hint(text: &str) -> Option<String> {
         Some(value) => format!("{plain}: write {}", written(value)),
         None => plain.to_owned(),
     })
+}
+
+/// Advice on a number with a decimal comma.
+fn comma(text: &str) -> Option<String> {
+    let (whole, part) = text.split_once(',')?;
+    let point = format!("{whole}.{part}");
+    let ends = whole.ends_with(|c: char| c.is_ascii_digit());
+    let begins = part.starts_with(|c: char| c.is_ascii_digit());
+    let is_number = ends && begins && point.parse::<f64>().is_ok();
+    is_number.then(|| format!("a decimal point is `.`, not a comma: write {point}"))
+}
+
+/// Advice on a number with a power of ten as a product, such as `20*10^9`.
+fn product(text: &str) -> Option<String> {
+    let (factor, power) = text.split_once(['*', '×', '·', 'x'])?;
+    let power = power.trim().strip_prefix("10")?.trim_start();
+    let power = power.strip_prefix("**").or_else(|| power.strip_prefix('^'))?;
+    let (factor, power) = (factor.trim(), power.trim().parse::<i32>().ok()?);
+    factor.parse::<f64>().ok()?;
+    Some(format!("a power of ten follows the letter `e`: write {factor}e{power}"))
 }
 
 /// Number as TOML accepts it.

@@ -115,7 +115,7 @@ fn deck_can_silence_a_rule() {
     assert_eq!(parse(&text, "deck.toml").unwrap().0, deck);
     let error = crate::judge("[lint]\nallow = ['upward-gravty']").unwrap().to_string();
     assert!(
-        error.contains("found \"upward-gravty\" (did you mean `\"upward-gravity\"`?)"),
+        error.contains("found \"upward-gravty\" (did you mean `\"upward-gravity\"`? docs/"),
         "{error}"
     );
 }

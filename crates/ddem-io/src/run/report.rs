@@ -214,7 +214,9 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
         if let Some(TimeStep::Seconds(step)) = stage.time_step
             && step > critical
         {
-            let message = format!("{step:e} s exceeds the critical time step, {critical:.6e} s");
+            let message = format!(
+                "`time_step` is {step:e} s and exceeds the critical time step, {critical:.6e} s"
+            );
             faults.push(
                 Fault::new(
                     ErrorCode::UnstableTimeStep,
@@ -231,7 +233,7 @@ pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Resu
         for (key, seconds) in [("time_step", given), ("duration", stage.duration)] {
             if let Some(seconds) = seconds.filter(|seconds| *seconds < SHORTEST_STEP * critical) {
                 let message = format!(
-                    "{seconds:e} s is less than a billionth of the critical time step, {critical:.3e} s"
+                    "`{key}` is {seconds:e} s, less than a billionth of the critical time step, {critical:.3e} s"
                 );
                 let help = "is it in seconds?";
                 faults.push(

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::region::Region;
-use ddem_core::problem::{Geometry, Lattice, Vec3, moved_to};
+use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3, moved_to};
 use ddem_core::{ErrorCode, Fault};
 
 /// Fault of a `where` that selects nothing.
@@ -53,6 +53,17 @@ fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what:
         Some(at) => fault.help(format!("{RULES}; {what} at {}", place(at))),
         None => fault,
     }
+}
+
+/// Fault of a selection without outer faces; it names the nearest one.
+pub(crate) fn no_face(fault: Fault, region: &Region, geometry: &Geometry) -> Fault {
+    let blocks = (0..geometry.blocks.len())
+        .filter(|&block| !geometry.is_removed(block) && region.has_set(geometry.set(block)));
+    let faces = blocks
+        .flat_map(|block| FaceId::all().into_iter().map(move |face| BlockFace { block, face }));
+    let outer = faces.filter(|face| face.is_outer(geometry));
+    let centres = outer.map(|face| face.centre(geometry));
+    nearest(fault, region, centres, "the nearest outer face has its centre")
 }
 
 /// Fault of a selection without nodes; it names the nearest node.

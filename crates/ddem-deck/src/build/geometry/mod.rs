@@ -19,7 +19,7 @@ mod terrain;
 pub(super) mod touching;
 
 use empty_selection::no_block;
-pub(super) use empty_selection::{no_node, nothing, place};
+pub(super) use empty_selection::{no_face, no_node, nothing, place};
 pub use interface::Interface;
 use lattice::lattices;
 pub(super) use region::Region;

@@ -3,6 +3,8 @@
 use std::fmt;
 use std::ops::Range;
 
+use crate::lint::Code;
+use crate::schema::examples::{example, meant};
 use crate::schema::names::{list, nearest};
 use ddem_core::{ErrorCode, Fault};
 use serde::de::{Error, Expected, Unexpected};
@@ -80,7 +82,7 @@ impl Mistake {
         unknown.iter().any(|other| match (&other.kind, &other.at) {
             (MistakeKind::UnknownKey(mistyped), Some((place, _))) => {
                 place.strip_prefix(table).is_some_and(|rest| !rest.contains('.'))
-                    && nearest(mistyped, [*key]).is_some()
+                    && likely(mistyped, [*key]).is_some()
             }
             _ => false,
         })
@@ -88,8 +90,12 @@ impl Mistake {
 
     pub(super) fn into_fault(self) -> (Fault, Range<usize>) {
         let (place, span) = self.at.unwrap_or_default();
+        let of_value = self.kind == MistakeKind::Value;
+        let example =
+            || example(&place).filter(|_| of_value).map(|value| format!("as in `{value}`"));
+        let help = self.help.or_else(example);
         let fault = Fault::new(self.kind.code(), place, self.message);
-        (self.help.into_iter().fold(fault, Fault::help), span)
+        (help.into_iter().fold(fault, Fault::help), span)
     }
 }
 
@@ -121,20 +127,23 @@ impl Error for Mistake {
 
     fn unknown_variant(found: &str, known: &'static [&'static str]) -> Self {
         // A long list does not help; the nearest word, or the page with the list, does.
+        if known.contains(&Code::ALL[0].name()) {
+            return code_of_warning(found, known);
+        }
         let expected = if known.len() > MOST_WORDS {
             format!("one of {} words", known.len())
         } else {
             let words: Vec<String> = known.iter().map(|word| format!("`\"{word}\"`")).collect();
             words.join(" or ")
         };
-        let near = nearest(found, known.iter().copied());
+        let near = likely(found, known.iter().copied());
         let near = near.map(|word| format!("did you mean `\"{word}\"`?"));
         let message = format!("expected {expected}, found {}", quoted(found));
         near.into_iter().fold(Self::new(message), Mistake::help)
     }
 
     fn unknown_field(found: &str, known: &'static [&'static str]) -> Self {
-        let near = nearest(found, known.iter().copied())
+        let near = likely(found, known.iter().copied())
             .map(|near| format!("did you mean `{near}`? "))
             .unwrap_or_default();
         let help = format!("{near}keys here: {}", list(known.iter().copied()));
@@ -148,6 +157,28 @@ impl Error for Mistake {
         mistake.kind = MistakeKind::MissingKey(key);
         mistake
     }
+}
+
+/// Known key or word that a symbol, a synonym or a mistyped name probably means.
+fn likely<'a>(
+    found: &str,
+    known: impl IntoIterator<Item = &'a str, IntoIter: Clone>,
+) -> Option<&'a str> {
+    let known = known.into_iter();
+    meant(found, known.clone()).or_else(|| nearest(found, known))
+}
+
+/// Mistake about a word that is not the code of a warning.
+fn code_of_warning(found: &str, known: &'static [&'static str]) -> Mistake {
+    let is_error = ErrorCode::ALL.iter().any(|code| code.name() == found);
+    let near = nearest(found, known.iter().copied());
+    let help = match near {
+        _ if is_error => "this is the code of an error, and errors cannot be silenced;".to_owned(),
+        Some(near) => format!("did you mean `\"{near}\"`?"),
+        None => "each warning is silenced by its own code, errors cannot be silenced;".to_owned(),
+    };
+    let message = format!("expected the code of a warning, found {}", quoted(found));
+    Mistake::new(message).help(format!("{help} docs/diagnostics.md has all codes"))
 }
 
 /// Description of a value of the deck for a sentence.
