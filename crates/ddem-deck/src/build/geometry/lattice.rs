@@ -78,7 +78,7 @@ fn lattice(
             None => None,
         };
         if let Some(name) = name {
-            *own = names.joint_of(index, name)?;
+            *own = names.joint_of(name);
         }
     }
     Ok(Lattice {
@@ -93,7 +93,7 @@ fn lattice(
         cuts: positions.try_into().unwrap_or_default(),
         lengths: lengths.try_into().unwrap_or_default(),
         block: vec![0; cells].into(),
-        material: Arc::new(vec![names.material_of(index, set)?; cells]),
+        material: Arc::new(vec![names.material_of(&set.material); cells]),
         joint: own_joint.map(|joint| Arc::new(vec![joint; cells])),
         own_joint,
     })

@@ -24,9 +24,9 @@ pub(super) fn lattices(
     mesh: &BlockMesh,
     names: &Names,
 ) -> Result<Vec<Arc<Lattice>>, Vec<Fault>> {
-    let material = names.material_of(index, set)?;
+    let material = names.material_of(&set.material);
     let joint = match &set.joint {
-        Some(JointChoice::All(name)) => Some(names.joint_of(index, name)?),
+        Some(JointChoice::All(name)) => Some(names.joint_of(name)),
         _ => None,
     };
     let lattice = |block: &MeshBlock| {

@@ -29,7 +29,7 @@ pub(super) use terrain::uncovered;
 
 use std::sync::Arc;
 
-use crate::schema::{Assign, BlockSet, Deck, Remove};
+use crate::schema::{Assign, Deck, Remove};
 use ddem_core::problem::{Geometry, Lattice, Sets};
 use ddem_core::{ErrorCode, Fault};
 
@@ -156,22 +156,14 @@ impl Names {
         u16::try_from(at).ok()
     }
 
-    /// Number of the material of a set.
-    fn material_of(&self, index: usize, set: &BlockSet) -> Result<u16, Vec<Fault>> {
-        let message = || format!("no material has the name `{}`", set.material);
-        let fault = || {
-            vec![Fault::new(ErrorCode::UnknownName, format!("blocks[{index}].material"), message())]
-        };
-        self.material(&set.material).ok_or_else(fault)
+    /// Number of a material that a set names; `check` has found the name.
+    fn material_of(&self, name: &str) -> u16 {
+        self.material(name).unwrap_or_else(|| unreachable!("check() refuses other names"))
     }
 
-    /// Number of a joint that a set names.
-    fn joint_of(&self, index: usize, name: &str) -> Result<u16, Vec<Fault>> {
-        let message = || format!("no joint has the name `{name}`");
-        let fault = || {
-            vec![Fault::new(ErrorCode::UnknownName, format!("blocks[{index}].joint"), message())]
-        };
-        self.joint(name).ok_or_else(fault)
+    /// Number of a joint that a set names; `check` has found the name.
+    fn joint_of(&self, name: &str) -> u16 {
+        self.joint(name).unwrap_or_else(|| unreachable!("check() refuses other names"))
     }
 
     pub(in crate::build) fn joint_name(&self, joint: u16) -> &str {

@@ -11,9 +11,6 @@ use serde::de::{Error, Expected, Unexpected};
 
 use super::{Reader, ValueForm};
 
-/// Largest number of words that a message lists.
-const MOST_WORDS: usize = 12;
-
 /// One mistake, located at the innermost value that it concerns.
 #[derive(Clone, Debug)]
 pub(in crate::reader) struct Mistake {
@@ -126,16 +123,11 @@ impl Error for Mistake {
     }
 
     fn unknown_variant(found: &str, known: &'static [&'static str]) -> Self {
-        // A long list does not help; the nearest word, or the page with the list, does.
         if known.contains(&Code::ALL[0].name()) {
             return code_of_warning(found, known);
         }
-        let expected = if known.len() > MOST_WORDS {
-            format!("one of {} words", known.len())
-        } else {
-            let words: Vec<String> = known.iter().map(|word| format!("`\"{word}\"`")).collect();
-            words.join(" or ")
-        };
+        let words: Vec<String> = known.iter().map(|word| format!("`\"{word}\"`")).collect();
+        let expected = words.join(" or ");
         let near = likely(found, known.iter().copied());
         let near = near.map(|word| format!("did you mean `\"{word}\"`?"));
         let message = format!("expected {expected}, found {}", quoted(found));
