@@ -6,6 +6,7 @@ mod excavation;
 mod fragments;
 mod harness;
 mod interfaces;
+mod messages;
 mod pictures;
 mod runs;
 mod verdicts;

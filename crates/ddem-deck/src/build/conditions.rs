@@ -86,7 +86,8 @@ fn loads(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<LoadPat
                 let fault = nothing(format!("load[{index}].where"), what);
                 faults.push(match what {
                     NO_FACE => no_face(fault, &region(&load.region), geometry),
-                    _ => fault,
+                    _ if what.starts_with("no ") => fault,
+                    _ => Fault::new(ErrorCode::EmptySelection, fault.place, what),
                 });
             }
         }

@@ -1,7 +1,10 @@
 //! Error messages that reading a deck cannot find: about its geometry and about a run.
 
-use ddem_core::{MovingBlock, RunError};
+use std::io;
+
+use ddem_core::{ErrorCode, Fault, ModelError, MovingBlock, RunError};
 use ddem_deck::*;
+use ddem_io::OutputError;
 use ddem_io::folder::FolderError;
 use ddem_io::run::RunFailure;
 
@@ -56,104 +59,159 @@ fn build_error_messages() {
     insta::assert_snapshot!(messages.join("\n"));
 }
 
-#[test]
-fn run_error_messages() {
-    let moving = MovingBlock {
-        set: "rock".to_owned(),
-        block: 4,
+/// Errors of a run; `every_message_is_in_a_snapshot` requires each variant here.
+fn run_errors() -> Vec<RunError> {
+    let rock = || "rock".to_owned();
+    let moving = |block: usize| MovingBlock {
+        set: rock(),
+        block,
         distance: 0.3,
         direction: [0.6, 0.0, -0.8],
     };
-    let errors = [
+    let no_equilibrium = |moving: Vec<MovingBlock>, failed: u64| RunError::NoEquilibrium {
+        blocks: [4, 5],
+        distance: 0.3,
+        moving,
+        ratio: 0.01,
+        failed,
+    };
+    let not_converged = |ratio: f64, failed: u64| RunError::NotConverged {
+        ratio,
+        tolerance: 1e-6,
+        max_steps: 1000,
+        failed,
+        fastest: Some((4, rock(), 1e-5)),
+    };
+    let computed = || "1/0".to_owned();
+    vec![
         RunError::UnstableTimeStep { time_step: 2e-4, critical: 1e-4 },
         RunError::TooShort { time_step: 1e-14, critical: 1e-4 },
         RunError::NoCriticalStep,
         RunError::NoRelaxationMass { block: 2, node: 17 },
         RunError::TooManyLaws { laws: 70_000 },
+        RunError::Values { faults: vec![Fault::new(ErrorCode::OutOfRange, "time", "no number")] },
         RunError::Stopped,
-        RunError::HistoryFailed {
-            entry: "load[0]".to_owned(),
-            time: 0.5,
-            message: "1/0".to_owned(),
-        },
+        RunError::HistoryFailed { entry: "load[0]".to_owned(), time: 0.5, message: computed() },
         RunError::EarlierStage { stage: 0, present: 2 },
         RunError::Diverged { step: 10, time: 1e-3, block: 2, node: 17 },
-        RunError::BlockTooFast {
-            block: 2,
-            set: "rock".to_owned(),
-            step: 10,
-            time: 1e-3,
-            distance: 0.3,
-            edge: 1.0,
-            driven: None,
-        },
-        RunError::DeepPenetration {
-            blocks: [2, 3],
-            sets: Box::new(["rock".to_owned(), "beside".to_owned()]),
-            step: 10,
-            time: 1e-3,
-            depth: 0.3,
-            edge: 1.0,
-            driven: Some((1, 3)),
-            relaxes: false,
-        },
-        RunError::NoEquilibrium {
-            blocks: [4, 5],
-            distance: 0.3,
-            moving: vec![moving],
-            ratio: 0.01,
-            failed: 12,
-        },
-        RunError::NotConverged {
-            ratio: 1e-3,
-            tolerance: 1e-6,
-            max_steps: 1000,
-            failed: 2,
-            fastest: Some((4, "rock".to_owned(), 1e-5)),
-        },
-        RunError::UnreachableTolerance {
-            ratio: 1e-10,
-            tolerance: 1e-12,
-            block: 3,
-            force: 1e-4,
-            joint: Some(("seam".to_owned(), 1e-6)),
-            far: None,
-        },
-    ];
+        too_fast(None),
+        too_fast(Some(1)),
+        penetration(Some((1, 3)), false),
+        penetration(None, false),
+        penetration(None, true),
+        no_equilibrium(Vec::new(), 0),
+        no_equilibrium(vec![moving(4)], 12),
+        no_equilibrium((1..6).map(moving).collect(), 12),
+        not_converged(1e-3, 0),
+        not_converged(1e-3, 2),
+        not_converged(2.0, 2),
+        unreachable_tolerance(Some(1e-6), None),
+        unreachable_tolerance(Some(0.0), None),
+        unreachable_tolerance(None, Some(1e6)),
+    ]
+}
+
+fn too_fast(driven: Option<usize>) -> RunError {
+    RunError::BlockTooFast {
+        block: 2,
+        set: "rock".to_owned(),
+        step: 10,
+        time: 1e-3,
+        distance: 0.3,
+        edge: 1.0,
+        driven,
+    }
+}
+
+fn penetration(driven: Option<(usize, usize)>, relaxes: bool) -> RunError {
+    RunError::DeepPenetration {
+        blocks: [2, 3],
+        sets: Box::new(["rock".to_owned(), "beside".to_owned()]),
+        step: 10,
+        time: 1e-3,
+        depth: 0.3,
+        edge: 1.0,
+        driven,
+        relaxes,
+    }
+}
+
+fn unreachable_tolerance(thickness: Option<f64>, far: Option<f64>) -> RunError {
+    RunError::UnreachableTolerance {
+        ratio: 1e-10,
+        tolerance: 1e-12,
+        block: 3,
+        force: 1e-4,
+        joint: thickness.map(|thickness| ("seam".to_owned(), thickness)),
+        far,
+    }
+}
+
+#[test]
+fn run_error_messages() {
+    let errors = run_errors();
+    for error in &errors {
+        let (text, code) = (error.to_string(), error.code());
+        assert!(text.ends_with(&format!(" [{code}]")), "{text}");
+        assert_eq!(text.matches(&format!("[{code}]")).count(), 1, "{text}");
+    }
     let messages: Vec<String> = errors.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(messages.join("\n"));
 }
 
-#[test]
-fn run_failure_messages() {
+/// Failures of runs without a stage; `every_message_is_in_a_snapshot` requires each variant here.
+fn run_failures() -> Vec<RunFailure> {
     let folder = || "out".into();
-    let failures: [RunFailure; 15] = [
-        DeckError::Unwritable { message: "a whole number of 2^63".to_owned() }.into(),
+    let path = || "out/energy.csv".into();
+    let refused = || io::Error::from(io::ErrorKind::PermissionDenied);
+    let operation = "writing";
+    let folders = [
         FolderError::OtherDeck {
             folder: folder(),
             deck: "slope.toml".to_owned(),
             title: "A slope".to_owned(),
-        }
-        .into(),
-        FolderError::ForeignFile { folder: folder(), file: "energy.csv".to_owned() }.into(),
-        FolderError::NotAFolder { folder: folder() }.into(),
-        FolderError::InUse { folder: folder() }.into(),
-        FolderError::NothingToResume { folder: folder() }.into(),
-        FolderError::DeckChanged { folder: folder() }.into(),
+        },
+        FolderError::ForeignFile { folder: folder(), file: "energy.csv".to_owned() },
+        FolderError::NotAFolder { folder: folder() },
+        FolderError::InUse { folder: folder() },
+        FolderError::NothingToResume { folder: folder() },
+        FolderError::DeckChanged { folder: folder() },
+        FolderError::NotWritable {
+            source: OutputError::Io { path: path(), operation, error: refused() },
+        },
+    ];
+    let files = [
+        OutputError::DiskFull { path: path(), operation, source: refused().into() },
+        OutputError::Busy { path: path(), operation, source: refused().into() },
+        OutputError::Io { path: path(), operation, error: refused() },
+        OutputError::Format { path: path(), operation, error: "no table".into() },
+        OutputError::Unusable { path: path(), message: "no frames".to_owned() },
+        OutputError::Mismatch { path: path(), message: "2 rows".to_owned() },
+    ];
+    let mut failures = vec![
+        DeckError::Unwritable { message: "a whole number of 2^63".to_owned() }.into(),
+        ModelError::from(Fault::new(ErrorCode::EmptyModel, "stage", "no stage")).into(),
         RunFailure::Recorded { folder: folder() },
         RunFailure::Memory { needed: 48 << 30, available: 24 << 30, blocks: 1000, nodes: 1 << 28 },
         RunFailure::Threads { threads: 4, error: "no more".into() },
         RunFailure::Stopped,
-        ddem_io::OutputError::Unusable { path: folder(), message: "no frames".to_owned() }.into(),
-        ddem_io::OutputError::Io {
-            path: folder(),
-            operation: "writing",
-            error: std::io::ErrorKind::PermissionDenied.into(),
-        }
-        .into(),
+        RunFailure::Stage { stage: "go".to_owned(), error: RunError::NoCriticalStep },
         RunFailure::Checkpoint { path: folder(), message: "another model".to_owned() },
         RunFailure::Internal { message: "index out of bounds".to_owned() },
     ];
+    failures.extend(folders.map(RunFailure::from));
+    failures.extend(files.map(RunFailure::from));
+    failures
+}
+
+#[test]
+fn run_failure_messages() {
+    let failures = run_failures();
+    for failure in &failures {
+        let (text, code) = (failure.to_string(), failure.code());
+        assert!(text.ends_with(&format!(" [{code}]")), "{text}");
+        assert_eq!(text.matches(&format!("[{code}]")).count(), 1, "{text}");
+    }
     let messages: Vec<String> = failures.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(messages.join("\n"));
 }

@@ -4,6 +4,7 @@
 
 mod bad_decks;
 mod bad_input;
+mod coverage;
 mod defaults;
 mod errors;
 mod file_messages;
@@ -15,6 +16,7 @@ mod messages;
 mod model_messages;
 mod notation;
 mod regions;
+mod run_messages;
 mod selection;
 mod sets;
 mod warnings;

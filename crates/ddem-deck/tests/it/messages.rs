@@ -106,6 +106,8 @@ changes! {
     charges: [
         ("", "[[charge]]\nwhere = {}\npressure = 1e6\n"),
         ("", "[[charge]]\nwhere = { x = [1, 2] }\n"),
+        ("", "[[stage]]\nname = 'fs'\nkind = 'safety'\nbracket = [4, 2]\njoints = []\n"),
+        ("cohesion = 1e5", "[joints.stiff]\nnormal_stiffness = 1e9\nshear_stiffness = 1e9\n[[stage]]\nname = 'fs'\nkind = 'safety'\njoints = ['stiff']"),
         ("", "[[charge]]\nwhere = { x = [1, 2] }\nmass = 5\n"),
         ("", "[[charge]]\nwhere = { x = [1, 2] }\nmass = 5\nexplosive = 'tnt'\ngamma = 2\n"),
         ("", "[[charge]]\nwhere = { x = [1, 2] }\nmass = 5\nexplosive = { density = 1.6, detonation_velocity = 7, gamma = 0.5 }\n"),

@@ -49,6 +49,8 @@ changes! {
         ("", "[[refine]]\nwhere = { cylinder = { from = [0, 0, 0], to = [3, 3, 3], radius = 0.1 } }\nfactor = 400\n"),
     ];
     meshes: [
+        (SEAM, "joint = 'seam'\n[[blocks]]\nname = 'two'\nmaterial = 'rock'\nmesh = { nodes = [[9, 0, 0], [10, 0, 0], [10, 1, 0], [9, 1, 0], [9, 0, 1], [10, 0, 1], [10, 1, 1], [9.3, 1, 1]], hexes = [[0, 1, 2, 3, 4, 5, 6, 7]], blocks = [0] }"),
+        (SEAM, "joint = 'seam'\n[[blocks]]\nname = 'two'\nmaterial = 'rock'\nmesh = { nodes = [[9, 0, 0], [10, 0, 0], [10, 1, 0], [9, 1, 0], [9, 0, 1], [10, 0, 1], [10, 1, 1], [10, 1, 1]], hexes = [[0, 1, 2, 3, 4, 5, 6, 7]], blocks = [0] }"),
         (SEAM, "joint = 'seam'\n[[blocks]]\nname = 'two'\nmaterial = 'rock'\nmesh = { nodes = [[9, 0, 0], [10, 0, 0], [10, 1, 0], [9, 1, 0], [9, 0, 1], [10, 0, 1], [10, 1, 1], [9, 1, 1]], hexes = [[0, 1, 2, 3, 4, 5, 6, 7]], blocks = [0], joints = [{ faces = [[0, 1, 2, 6], [4, 5, 6, 7]], joint = 'seam' }] }\n[[fix]]\nwhere = { set = 'two' }\naxes = 'xyz'"),
         (SEAM, "joint = 'seam'\n[[blocks]]\nname = 'two'\nmaterial = 'rock'\nmesh = { nodes = [[9, 0, 0], [10, 0, 0], [10, 1, 0], [9, 1, 0], [9, 0, 1], [10, 0, 1], [10, 1, 1], [9, 1, 1], [9, 0, 4], [10, 0, 4], [10, 1, 4], [9, 1, 4], [9, 0, 5], [10, 0, 5], [10, 1, 5], [9, 1, 5]], hexes = [[0, 1, 2, 3, 4, 5, 6, 7], [8, 9, 10, 11, 12, 13, 14, 15]], blocks = [0, 1], joints = [{ faces = [[0, 1, 2, 3], [12, 13, 14, 15]], joint = 'seam' }] }\n[[fix]]\nwhere = { set = 'two' }\naxes = 'xyz'"),
         (SEAM, "joint = 'seam'\n[[blocks]]\nname = 'two'\nmaterial = 'rock'\nmesh = { nodes = [], hexes = [], blocks = [] }"),

@@ -58,12 +58,19 @@ pub(crate) fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// Texts in double quotes of a source, without comments; `\` at the end of a line joins lines.
+/// Texts in double quotes of a source, with `x` for each value of a format.
 fn texts(source: &str) -> Vec<String> {
+    literals(source).iter().map(|(_, text)| filled(text)).collect()
+}
+
+/// Texts in double quotes of a source, without comments, each with its position; `\` at the end of a
+/// line joins lines.
+pub(crate) fn literals(source: &str) -> Vec<(usize, String)> {
     let mut found = Vec::new();
     let mut rest = source;
     while let Some(at) = rest.find(['"', '\'', '/']) {
         let (first, after) = (rest.as_bytes()[at], &rest[at + 1..]);
+        let place = source.len() - rest.len() + at;
         rest = after;
         if first == b'/' && after.starts_with('/') {
             rest = &after[after.find('\n').unwrap_or(after.len())..];
@@ -94,7 +101,7 @@ fn texts(source: &str) -> Vec<String> {
                     other => text.push(other),
                 }
             }
-            found.push(filled(&text));
+            found.push((place, text));
         }
     }
     found
