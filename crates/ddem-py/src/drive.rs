@@ -64,7 +64,7 @@ pub(crate) fn assembled(
         failure => errors::failure(py, failure),
     })?;
     for warning in session.warnings() {
-        warn(py, &warning)?;
+        warn(py, warning)?;
     }
     Ok(PySimulation::new(session, Samples::default(), pool, called))
 }

@@ -156,7 +156,7 @@ impl PySimulation {
         let Some(first) = waiting.first() else { return Ok(()) };
         let help = format!("run(..., name=\"{first}\") or enter(\"{first}\") begins it");
         let warning = wait_for("supports or loads", &waiting, "do not act in this run", help);
-        let reported = session.site().deck().reports(&warning);
+        let reported = session.warn(&warning);
         drop(inner);
         if reported { warn(py, &warning) } else { Ok(()) }
     }

@@ -17,19 +17,17 @@ use crate::worker::{on_worker_thread, outcome};
 type Found =
     (Option<f64>, [Option<f64>; 2], Vec<(f64, String, u64)>, Vec<(String, usize)>, Vec<String>);
 
-/// Texts of the diagnostics that the deck does not allow.
-fn reported(session: &Session, diagnostics: impl IntoIterator<Item = Diagnostic>) -> Vec<String> {
-    let deck = session.site().deck();
-    let reported = diagnostics.into_iter().filter(|diagnostic| deck.reports(diagnostic));
-    reported.map(|diagnostic| notation::warning(&diagnostic)).collect()
+/// Text of a warning, unless the deck allows it. The summary has it, too.
+fn reported(session: &mut Session, warning: &Diagnostic) -> Option<String> {
+    session.warn(warning).then(|| notation::warning(warning))
 }
 
 #[pymethods]
 impl PySimulation {
-    /// Warnings about later stages at which the model changes.
-    fn _waiting(&self, py: Python<'_>) -> PyResult<Vec<String>> {
-        let inner = self.lock_to_move(py)?;
-        let session = &inner.session;
+    /// Warning about later stages at which the model changes.
+    fn _waiting(&self, py: Python<'_>) -> PyResult<Option<String>> {
+        let mut inner = self.lock_to_move(py)?;
+        let session = &mut inner.session;
         let mut names = waiting(session);
         let deck = session.site().deck();
         let others = (deck.remove.iter().map(|entry| &entry.from))
@@ -39,23 +37,23 @@ impl PySimulation {
         names.extend(later(session, &others.flatten().collect::<Vec<_>>()));
         names.sort();
         names.dedup();
-        let Some(first) = names.first() else { return Ok(Vec::new()) };
+        let Some(first) = names.first() else { return Ok(None) };
         let what = "supports, loads, excavations or joints";
         let help = format!(
             "enter(\"{first}\") of a simulation begins it, or add a stage of kind \"safety\" and use run_deck"
         );
         let warning = wait_for(what, &names, "are not included in this factor", help);
-        Ok(reported(session, [warning]))
+        Ok(reported(session, &warning))
     }
 
-    /// Warnings about a first relaxation that was undecided after `steps`.
-    fn _undecided(&self, py: Python<'_>, steps: u64) -> PyResult<Vec<String>> {
+    /// Warning about a first relaxation that was undecided after `steps`.
+    fn _undecided(&self, py: Python<'_>, steps: u64) -> PyResult<Option<String>> {
         let message = format!(
             "the model is not in equilibrium after {steps} steps: trials start from the model as built"
         );
         let help = "give a simulation in equilibrium";
         let warning = Diagnostic::warning(Code::NotInEquilibrium, "model", message, help);
-        Ok(reported(&self.lock_to_move(py)?.session, [warning]))
+        Ok(reported(&mut self.lock_to_move(py)?.session, &warning))
     }
 
     /// Result of :func:`ddem.factor_of_safety`.

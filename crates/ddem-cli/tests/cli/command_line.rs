@@ -189,6 +189,24 @@ fn info_prints_summary_of_a_run() {
 }
 
 #[test]
+fn info_prints_the_warnings_of_a_run() {
+    let desk = Desk::with(&["[[probe]]\nname = 'far'\nat = [9, 0, 0]\n", PRESS]);
+    let outcome = desk.run("column.toml");
+    let printed = desk.run("info results/column");
+    assert_eq!(printed.status, Some(0), "{}", printed.stderr);
+    let (warnings, _) = printed.stdout.split_once("\n\nstage").expect("the table of stages");
+    insta::assert_snapshot!(warnings, @r"
+    column
+    3 blocks, 24 elements, 81 nodes, 18 pairs
+
+    warning: probe[1].at: probe `far` has no block at [9, 0, 0]; it records the nearest node, at [1, 0, 0], 8.0000 m away [far-probe]
+    ");
+    let line =
+        |text: &str| text.lines().find(|line| line.starts_with("warning")).map(str::to_owned);
+    assert_eq!(line(&outcome.stderr), line(&printed.stdout));
+}
+
+#[test]
 fn info_explains_missing_results() {
     let desk = Desk::with(&[SHAKE]);
     desk.run("column.toml");

@@ -25,8 +25,8 @@ fn page() -> String {
         ```\n\n\
         A deck silences a rule by its code:\n\n\
         ```toml\n[lint]\nallow = [\"suspicious-unit\"]\n```\n\n\
-        Python issues each warning as a `UserWarning`; `summary.json` has `code`, `severity`, `place`, `message` and `help`\n\
-        in its list `warnings`.\n\n"
+        Python issues each warning as a `UserWarning` that names methods and arguments. `summary.json` has `code`, `severity`,\n\
+        `place`, `message` and `help` in its list `warnings`, each warning once; `ddem info DIR` prints them.\n\n"
         .to_owned();
     let warnings = Code::ALL.iter().map(|code| (code.name(), code.meaning()));
     table(&mut page, warnings);

@@ -106,6 +106,7 @@ impl<'a> Drive<'a> {
             cursor.warn(site.deck(), warning.clone(), drive.observer);
         }
         drive.observer.event(Event::Built(&report));
+        drive.session.warnings = report.warnings;
         if let Some(kept) = drive.folder.kept() {
             drive.observer.event(Event::Kept(kept));
         }

@@ -33,6 +33,8 @@ pub struct Session {
     pub(super) moved: MovedBy,
     /// Text of the deck.
     pub(super) text: String,
+    /// Warnings about the model and its probes.
+    pub(super) warnings: Vec<Diagnostic>,
     /// Folders of files, each with the position in the files and the stamp of its checkpoint.
     recorded: BTreeMap<PathBuf, (Position, Option<Stamp>)>,
 }
@@ -70,7 +72,10 @@ impl Session {
         change(&mut model).map_err(ModelError::from)?;
         let text = ddem_deck::write(deck)?;
         let recorder = Recorder::new(samplers, nudge(deck, STILL));
-        Ok(Self::assemble(site, Simulation::with_simd(model, simd), recorder, text))
+        let simulation = Simulation::with_simd(model, simd);
+        let mut session = Self::assemble(site, simulation, recorder, text);
+        session.find_warnings();
+        Ok(session)
     }
 
     pub(super) fn assemble(
@@ -80,7 +85,17 @@ impl Session {
         text: String,
     ) -> Self {
         let moved = MovedBy { site, simulation, recorder, cursor: Cursor::default() };
-        Self { moved, text, recorded: BTreeMap::new() }
+        Self { moved, text, warnings: Vec::new(), recorded: BTreeMap::new() }
+    }
+
+    /// Finds the warnings about the model and its probes, for the program and the summary.
+    fn find_warnings(&mut self) {
+        let MovedBy { site, simulation, recorder, cursor } = &mut self.moved;
+        let deck = site.deck();
+        let mut warnings = site.warnings(simulation.model());
+        warnings.extend(recorder.samplers.iter().filter_map(|sampler| sampler.warning.clone()));
+        warnings.retain(|warning| cursor.keep(deck, warning));
+        self.warnings = warnings;
     }
 
     /// The deck with its blocks cut.
@@ -102,21 +117,23 @@ impl Session {
 
     /// Warnings about the model and its probes.
     #[must_use]
-    pub fn warnings(&self) -> Vec<Diagnostic> {
-        let deck = self.site().deck();
-        let probes = self.moved.recorder.samplers.iter().filter_map(|s| s.warning.clone());
-        let probes = probes.filter(|warning| deck.reports(warning));
-        self.site().warnings(self.simulation().model()).into_iter().chain(probes).collect()
+    pub fn warnings(&self) -> &[Diagnostic] {
+        &self.warnings
     }
 
     /// Warnings about a search for the factor of safety of the present state, from its result. Their
-    /// places are the keys of the search.
+    /// places are the keys of the search. The summary has them, too.
     pub fn search_warnings(&mut self, search: &SafetySearch, found: &Safety) -> Vec<Diagnostic> {
-        let MovedBy { site, simulation, .. } = &mut self.moved;
         let before = loose_tolerance(search);
-        let after = safety::warnings(found, search, simulation);
-        let deck = site.deck();
-        before.into_iter().chain(after).filter(|warning| deck.reports(warning)).collect()
+        let after = safety::warnings(found, search, &mut self.moved.simulation);
+        before.into_iter().chain(after).filter(|warning| self.warn(warning)).collect()
+    }
+
+    /// Adds a warning of a program to the summary, unless the deck allows it. Returns true if the
+    /// program must show it.
+    pub fn warn(&mut self, warning: &Diagnostic) -> bool {
+        let MovedBy { site, cursor, .. } = &mut self.moved;
+        cursor.keep(site.deck(), warning)
     }
 
     /// Names and columns of the probes, in the order of
@@ -201,6 +218,7 @@ impl Session {
             session.recorded.insert(folder, (resumed.progress.position, read));
         }
         session.moved.cursor = Cursor { step: None, ..resumed.progress.cursor };
+        session.find_warnings();
         Ok(session)
     }
 

@@ -23,13 +23,18 @@ pub(super) fn stage_place(deck: &Deck, stage: &Stage) -> String {
 impl Cursor {
     /// Reports a diagnostic and keeps it for the summary, unless the deck allows it.
     pub(super) fn warn(&mut self, deck: &Deck, warning: Diagnostic, observer: &mut dyn Observer) {
-        if !deck.reports(&warning) {
-            return;
+        if self.keep(deck, &warning) {
+            observer.event(Event::Warning(&warning));
         }
-        observer.event(Event::Warning(&warning));
-        if !self.warnings.contains(&warning) {
-            self.warnings.push(warning);
+    }
+
+    /// Keeps a diagnostic for the summary, once. Returns false if the deck allows it.
+    pub(super) fn keep(&mut self, deck: &Deck, warning: &Diagnostic) -> bool {
+        let reports = deck.reports(warning);
+        if reports && !self.warnings.contains(warning) {
+            self.warnings.push(warning.clone());
         }
+        reports
     }
 }
 

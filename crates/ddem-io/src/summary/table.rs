@@ -238,7 +238,7 @@ impl StageSummary {
     }
 }
 
-/// Size of the model, its stages, and the state at the end of the last one.
+/// Size of the model, its warnings, its stages, and the state at the end of the last one.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if !self.title.is_empty() {
@@ -246,6 +246,12 @@ impl fmt::Display for Summary {
         }
         let Self { blocks, nodes, elements, pairs, .. } = self;
         writeln!(f, "{blocks} blocks, {elements} elements, {nodes} nodes, {pairs} pairs\n")?;
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
+        if !self.warnings.is_empty() {
+            writeln!(f)?;
+        }
         let name = |stage: &StageSummary| stage.name.chars().count();
         let width = self.stages.iter().map(name).max().unwrap_or(0).max(5) + 2;
         let head = ["kind", "verdict", "steps", "wall time"];

@@ -124,14 +124,16 @@ def factor_of_safety(
 def _settled(model: Model, max_steps: int | None, threads: int | None) -> Simulation:
     """Simulation of the model in equilibrium, or as built if there is none, for factors below 1."""
     simulation = model.build(threads=threads)
-    for message in simulation._waiting():
+    message = simulation._waiting()
+    if message is not None:
         warnings.warn(message, stacklevel=3)
     steps = min(_FIRST, max_steps or _FIRST)
     try:
         simulation.relax(max_steps=steps, quiet=True)
     except NotConverged as error:
         if not isinstance(error, Collapsed):
-            for message in simulation._undecided(steps):
+            message = simulation._undecided(steps)
+            if message is not None:
                 warnings.warn(message, stacklevel=3)
         with warnings.catch_warnings():
             # The first `build` has issued these warnings.
