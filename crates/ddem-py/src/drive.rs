@@ -147,7 +147,7 @@ pub(crate) fn progress_bar(py: Python<'_>, quiet: bool) -> PyResult<Option<Py<Py
     if quiet {
         return Ok(None);
     }
-    Ok(Some(py.import("ddem._progress")?.call_method0("Bar")?.unbind()))
+    Ok(Some(py.import("ddem._progress")?.call_method0("ProgressBar")?.unbind()))
 }
 
 /// Stage that the arguments describe.

@@ -55,7 +55,7 @@ class Row(Sequence[Any]):
         return 1.0
 
 
-class Table(Mapping[Any, Any]):
+class UnreadableMapping(Mapping[Any, Any]):
     """A mapping whose items cannot be read."""
 
     def __init__(self, entries: Any) -> None:
@@ -176,11 +176,11 @@ OBJECTS: list[Callable[[], Any]] = [
     lambda: range(2**40),
     lambda: range(2**62),
     lambda: range(3),
-    lambda: Table(None),
-    lambda: Table([1]),
-    lambda: Table([(1, 2, 3)]),
-    lambda: Table([("ratio", 1.0)]),
-    lambda: Table([([], 1.0)]),
+    lambda: UnreadableMapping(None),
+    lambda: UnreadableMapping([1]),
+    lambda: UnreadableMapping([(1, 2, 3)]),
+    lambda: UnreadableMapping([("ratio", 1.0)]),
+    lambda: UnreadableMapping([([], 1.0)]),
     lambda: Float(1.0),
     lambda: Text("x"),
     lambda: Whole(1),

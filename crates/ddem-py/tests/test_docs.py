@@ -197,3 +197,15 @@ def test_python_page_lists_every_name() -> None:
     message = set(re.findall(r"`[^`]*`", page))
     words = {word for code in message for word in re.findall(r"\w+", code)}
     assert [name for name in names if name not in words] == []
+
+
+def test_class_names_are_unique() -> None:
+    known: dict[str, Path] = {}
+    folders = ("crates/ddem-py", "docs", "examples", "benches", "tests")
+    paths = [path for folder in folders for path in (REPOSITORY / folder).rglob("*.py")]
+    assert len(paths) > 40
+    for path in paths:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                assert node.name not in known, f"{node.name}: {path} and {known[node.name]}"
+                known[node.name] = path

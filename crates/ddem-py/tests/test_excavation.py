@@ -101,12 +101,12 @@ def test_invalid_excavations_are_refused(change: dict[str, object], message: str
 
 def test_removed_blocks_are_not_drawn() -> None:
     from ddem._layers import blocks
-    from ddem._scene import frame_of
+    from ddem._scene import scene_of
 
     simulation = column().build()
     for stage, top in (("before", 4.0), ("dig", 1.99)):
         simulation.enter(stage)
-        frame = frame_of(simulation, -1, joints=False)
+        frame = scene_of(simulation, -1, joints=False)
         (layer,) = blocks(frame, "stress", "zz", None, (None, None), 0.0, "none", 1.0)
         assert layer.points[:, 2].max() == pytest.approx(top)
         assert layer.values is not None and (layer.values < -1e6).all()

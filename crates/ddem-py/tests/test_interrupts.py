@@ -257,7 +257,7 @@ def test_ctrl_c_is_raised_despite_failing_progress_bar(monkeypatch: Any) -> None
     def close(bar: Any) -> None:
         raise RuntimeError("close")
 
-    monkeypatch.setattr(ddem._progress.Bar, "close", close)
+    monkeypatch.setattr(ddem._progress.ProgressBar, "close", close)
     simulation = long()
     # Interrupts before the first progress: a new progress bar closes the one before it.
     with interrupted(0.05), pytest.raises(KeyboardInterrupt):

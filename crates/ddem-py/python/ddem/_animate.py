@@ -16,7 +16,7 @@ from ._draw import VIEWS
 from ._layers import Layer
 from ._names import one_of
 from ._results import Results
-from ._scene import Floats, Frame, automatic_scale, frame_of, outside, values_of
+from ._scene import Floats, Scene, automatic_scale, outside, scene_of, values_of
 
 Picture = npt.NDArray[np.uint8]
 
@@ -189,7 +189,7 @@ class _Drawn:
         edges: str,
     ) -> None:
         self.scale = 1.0
-        self.frame: Frame
+        self.frame: Scene
         self._results, self._shown, self._edges = results, shown, edges
         self._cmap, self._clim = bar
         # Neighbouring fragments differ in colour, and neighbours change from frame to frame.
@@ -200,7 +200,7 @@ class _Drawn:
 
     def at(self, number: int, anew: bool = False) -> list[Layer]:
         """Layers of a frame, which the next call of this method changes."""
-        frame = self.frame = frame_of(self._results, number, joints=False)
+        frame = self.frame = scene_of(self._results, number, joints=False)
         same = self._removed is not None and np.array_equal(frame.removed, self._removed)
         if anew or self._changing or not same:
             bar = (self._cmap, self._clim)
@@ -242,7 +242,7 @@ class _Extent:
         self._low, self._high = np.full((2, 2, 3), [[[np.inf]], [[-np.inf]]])
         self._most = np.zeros((1, 3))
 
-    def add(self, layers: list[Layer], frame: Frame) -> None:
+    def add(self, layers: list[Layer], frame: Scene) -> None:
         """Include a frame: the drawn positions of its blocks, and their displacements."""
         rows, far = layers[0].nodes, layers[0].far
         if rows is None or len(rows) == 0:

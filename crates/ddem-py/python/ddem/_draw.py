@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ._layers import INK, Bar, Layer, ticks
+from ._layers import INK, ColourBar, Layer, ticks
 from ._scene import Floats
 
 # Direction from the model to the camera, and upward direction, of each view.
@@ -30,7 +30,7 @@ def fill(plotter: Any, layers: list[Layer], words: list[str], view: str, backgro
     # Light from the camera, with little shading: colours must match those of the bar.
     plotter.add_light(pv.Light(light_type="headlight"))
     ink = INK if sum(pv.Color(background).float_rgb) > 1.5 else "white"
-    drawn: list[tuple[Bar, Any]] = []
+    drawn: list[tuple[ColourBar, Any]] = []
     nearer = 0.0
     for layer in layers:
         if len(layer.cells) == 0:
@@ -112,7 +112,7 @@ def mesh_of(layer: Layer) -> Any:
     return mesh
 
 
-def _bar(plotter: Any, bar: Bar, mapper: Any, left: float, ink: str) -> None:
+def _bar(plotter: Any, bar: ColourBar, mapper: Any, left: float, ink: str) -> None:
     """Add a colour bar at the lower edge, with its own text: VTK draws numbers over title or colours."""
     width = 0.36
     drawn = plotter.add_scalar_bar(

@@ -12,8 +12,8 @@ import numpy.typing as npt
 from ._names import STRESSES, UNITS, one_of
 from ._scene import (
     Floats,
-    Frame,
     Integers,
+    Scene,
     apart,
     lines_of,
     measure,
@@ -62,7 +62,7 @@ _SIDES = np.array(
 
 
 @dataclass
-class Bar:
+class ColourBar:
     """Meaning of the colours of a layer."""
 
     label: str
@@ -101,7 +101,7 @@ class Layer:
     colour: str
     values: Floats | None = None  # of points or cells
     on_points: bool = False
-    bar: Bar | None = None
+    bar: ColourBar | None = None
     legend: str | None = None
     nodes: Integers | None = None  # node of the model at each point
     owners: Integers | None = None  # element of each cell
@@ -111,7 +111,7 @@ class Layer:
 
 
 def blocks(
-    frame: Frame,
+    frame: Scene,
     field: str | npt.ArrayLike | None,
     component: str | None,
     label: str | None,
@@ -152,7 +152,7 @@ def blocks(
     return [layer, Layer("edges", drawn, lines.reshape(-1, 2), faint, INK, nodes=ends)]
 
 
-def far_points(frame: Frame, layer: Layer, scale: float) -> npt.NDArray[np.bool_]:
+def far_points(frame: Scene, layer: Layer, scale: float) -> npt.NDArray[np.bool_]:
     """Mask of the points of the blocks that are left outside the picture."""
     far = outside(frame, scale)
     if len(far) == 0:
@@ -161,7 +161,7 @@ def far_points(frame: Frame, layer: Layer, scale: float) -> npt.NDArray[np.bool_
     return marked
 
 
-def _beyond(bar: Bar, values: Floats) -> str:
+def _beyond(bar: ColourBar, values: Floats) -> str:
     """Text on the largest magnitude, if values are outside the range of the bar; otherwise empty."""
     finite = values[np.isfinite(values)]
     low, high = bar.clim if bar.only is None else (bar.only, bar.only)
@@ -173,7 +173,7 @@ def _beyond(bar: Bar, values: Floats) -> str:
     return f"{label} up to {largest / factor:.3g} {name}{bar.unit}".strip()
 
 
-def _without_stress(frame: Frame, layer: Layer) -> None:
+def _without_stress(frame: Scene, layer: Layer) -> None:
     """State in the legend that rigid blocks have no stress; drop the colours if all blocks are rigid."""
     rigid = frame.rigid & ~frame.removed
     if rigid.any():
@@ -183,7 +183,7 @@ def _without_stress(frame: Frame, layer: Layer) -> None:
         layer.values, layer.bar = None, None
 
 
-def _tell_apart(frame: Frame, layer: Layer, fragments: Floats) -> None:
+def _tell_apart(frame: Scene, layer: Layer, fragments: Floats) -> None:
     """Colour the fragments: neighbours differently, and the largest in a colour of its own."""
     number = fragments.astype(np.int64)
     there = number[~frame.removed]
@@ -193,13 +193,13 @@ def _tell_apart(frame: Frame, layer: Layer, fragments: Floats) -> None:
     layer.legend = f"the largest of {len(np.unique(there))} fragments"
     if there.max(initial=0) == 0:
         layer.legend = "one fragment"
-    layer.bar = Bar(
+    layer.bar = ColourBar(
         "colour of the fragment", listed(FRAGMENTS), (-0.5, len(FRAGMENTS) - 0.5), shown=False
     )
 
 
 def joints(
-    frame: Frame,
+    frame: Scene,
     name: str,
     component: str | None,
     bar: tuple[Any, tuple[float, float] | None],
@@ -247,7 +247,7 @@ def joints(
     return [bonded, layer]
 
 
-def states(frame: Frame) -> Integers:
+def states(frame: Scene) -> Integers:
     """State of each pair, as an index of :data:`STATES`."""
     pairs = frame.pairs
     state = np.asarray(pairs["state"]).astype(np.int64)
@@ -258,7 +258,7 @@ def states(frame: Frame) -> Integers:
     return state
 
 
-def pairs_by_state(frame: Frame) -> Integers:
+def pairs_by_state(frame: Scene) -> Integers:
     """Number of pairs in each state, without pairs of removed blocks."""
     state = states(frame)
     if "removed" in frame.pair_fields:
@@ -266,7 +266,7 @@ def pairs_by_state(frame: Frame) -> Integers:
     return np.bincount(state, minlength=len(STATES))
 
 
-def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[Layer]:
+def contacts(frame: Scene, bar: tuple[Any, tuple[float, float] | None]) -> list[Layer]:
     """Force between each two blocks: a bar along the force, with a thickness proportional to it."""
     # A dashpot may cancel the force of the contact spring; an empty frame has no arrays.
     force = np.asarray(frame.contacts.get("force", np.empty((0, 3))), np.float64)
@@ -303,7 +303,7 @@ def contacts(frame: Frame, bar: tuple[Any, tuple[float, float] | None]) -> list[
     return [layer]
 
 
-def _lowest(frame: Frame) -> Floats:
+def _lowest(frame: Scene) -> Floats:
     """Shortest edge of the box around each block [m]."""
     block = np.repeat(frame.blocks, 8)
     ends = np.full((2, block.max() + 1, 3), np.inf)
@@ -321,7 +321,7 @@ def bar_of(
     clim: tuple[float, float] | None,
     plain: str = "viridis",
     unit: str = "",
-) -> Bar:
+) -> ColourBar:
     """Colour bar of values, symmetric about zero if both signs matter."""
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
@@ -341,10 +341,10 @@ def bar_of(
     chosen = colours(cmap or ("RdBu_r" if both else plain))
     if only is not None:
         chosen = listed((chosen(0.5),))
-    return Bar(label, chosen, clim, unit, only=only)
+    return ColourBar(label, chosen, clim, unit, only=only)
 
 
-def ticks(bar: Bar) -> list[tuple[float, str]]:
+def ticks(bar: ColourBar) -> list[tuple[float, str]]:
     """Values along a bar with their text: round values and both ends."""
     from matplotlib.ticker import MaxNLocator
 

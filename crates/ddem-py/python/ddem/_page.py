@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._draw import bulk
-from ._layers import INK, Bar, Layer, ticks
+from ._layers import INK, ColourBar, Layer, ticks
 from ._scene import Floats
 
 Views = Mapping[str, tuple[tuple[float, float, float], tuple[float, float, float]]]
@@ -173,7 +173,7 @@ def _places(points: Floats, origin: Floats) -> dict[str, npt.NDArray[np.float32]
     return dict(zip("xyz", np.ascontiguousarray((points - origin).T, np.float32)))
 
 
-def _faces(layer: Layer, origin: Floats, bar: tuple[Bar, int, int] | None) -> dict[str, Any]:
+def _faces(layer: Layer, origin: Floats, bar: tuple[ColourBar, int, int] | None) -> dict[str, Any]:
     cells = layer.cells.astype(np.min_scalar_type(len(layer.points)))
     trace: dict[str, Any] = {
         "type": "mesh3d",
@@ -299,7 +299,7 @@ def _plain(text: str) -> str:
     return escape(text, quote=False)
 
 
-def _colours(bar: Bar) -> list[tuple[float, str]]:
+def _colours(bar: ColourBar) -> list[tuple[float, str]]:
     """256 colours of a bar, from its lower to its upper end."""
     shares = np.linspace(0.0, 1.0, 256)
     shown = np.asarray(bar.cmap(shares, bytes=True))[:, :3]

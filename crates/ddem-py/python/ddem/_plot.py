@@ -16,9 +16,9 @@ from ._draw import VIEWS, fill
 from ._layers import Layer
 from ._names import JOINTS, one_of
 from ._page import page_of
-from ._results import Frame as ResultsFrame
+from ._results import Frame
 from ._results import Results
-from ._scene import Frame, Integers, Source, automatic_scale, frame_of, outside
+from ._scene import Integers, Scene, Source, automatic_scale, outside, scene_of
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -159,7 +159,7 @@ def plot(
         raise RuntimeError(
             'there is no display for a window: give screenshot="picture.png" or html="page.html"'
         )
-    state = frame_of(simulation, frame, joints is not None, contacts)
+    state = scene_of(simulation, frame, joints is not None, contacts)
     scale = _scale(state, scale, contacts)
     shown, bar = (field, component, label), (cmap, clim)
     layers = _drawn(state, shown, bar, (joints, joint_component), contacts, scale, edges, opacity)
@@ -218,7 +218,7 @@ def _check(
         raise ValueError(f"scale: must be 1 with contacts, found {scale!r}")
 
 
-def _scale(state: Frame, scale: float | None, contacts: bool) -> float:
+def _scale(state: Scene, scale: float | None, contacts: bool) -> float:
     """Magnification of the displacements, 1 with contacts, which are drawn at their true positions."""
     wrong = int((~np.isfinite(state.displacement)).any(axis=1).sum())
     if wrong:
@@ -229,7 +229,7 @@ def _scale(state: Frame, scale: float | None, contacts: bool) -> float:
 
 
 def _drawn(
-    state: Frame,
+    state: Scene,
     shown: tuple[str | npt.ArrayLike | None, str | None, str | None],
     bar: tuple[Any, tuple[float, float] | None],
     seams: tuple[str | None, str | None],
@@ -256,7 +256,7 @@ def _drawn(
 
 
 def _joints(
-    state: Frame,
+    state: Scene,
     blocks: Layer,
     name: str,
     component: str | None,
@@ -273,7 +273,7 @@ def _joints(
     return layers + (_traces.traces(state, scale, alone=False) if name == "state" else [])
 
 
-def about(frame: Frame, scale: float, far: int = 0, beyond: str = "") -> str:
+def about(frame: Scene, scale: float, far: int = 0, beyond: str = "") -> str:
     """Line below the title: stage and time or step, magnification, blocks outside the picture."""
     words = [frame.when] if frame.when else []
     words.append("true displacements" if scale == 1.0 else f"displacements × {scale:g}")
@@ -287,7 +287,7 @@ def _moving(source: Any, index: int) -> list[Integers]:
     """Numbers of the moving blocks as one array in a list; an empty list if the stage does not fail."""
     seen = Results(source) if isinstance(source, (str, os.PathLike)) else source
     seen = seen[index] if isinstance(seen, Results) else seen
-    if isinstance(seen, ResultsFrame):
+    if isinstance(seen, Frame):
         try:
             marked = seen.element_block[seen.field("unstable").reshape(-1) != 0]
         except ValueError:

@@ -16,7 +16,7 @@ def _in_notebook() -> bool:
     return ipython is not None and hasattr(ipython.get_ipython(), "kernel")
 
 
-class Bar:
+class ProgressBar:
     """Progress bar: one for each stage, created at its first update."""
 
     def __init__(self) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._names import ELEMENTAL, JOINTS, NODAL, PEAKS, STRESSES, TENSOR, UNITS, VECTOR, one_of
-from ._results import Frame as ResultsFrame
+from ._results import Frame
 from ._results import Results
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 Floats: TypeAlias = npt.NDArray[np.float64]
 Integers: TypeAlias = npt.NDArray[np.int64]
-Source: TypeAlias = "Simulation | Results | ResultsFrame | str | os.PathLike[str]"
+Source: TypeAlias = "Simulation | Results | Frame | str | os.PathLike[str]"
 
 # Corners of the six faces of a hexahedron, counterclockwise from outside, in the order of VTK.
 _FACES = np.array(
@@ -28,7 +28,7 @@ _FACES = np.array(
 
 
 @dataclass
-class Frame:
+class Scene:
     """One state of a model: the present state of a simulation, or a frame of results."""
 
     title: str
@@ -47,7 +47,7 @@ class Frame:
     contacts: Mapping[str, npt.NDArray[Any]]
 
 
-def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -> Frame:
+def scene_of(source: Source, index: int, joints: bool, contacts: bool = False) -> Scene:
     """State to draw. Pairs and contacts are read only if `joints` or `contacts` is true."""
     seen: Any = Results(source) if isinstance(source, (str, os.PathLike)) else source
     if isinstance(seen, Results):
@@ -64,7 +64,7 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
         raise TypeError(f"simulation: expected a Simulation or a folder of results, found {kind}")
     elif index != -1:
         raise ValueError("frame: a Simulation has only its present state; folders of results have frames")
-    if isinstance(seen, ResultsFrame):
+    if isinstance(seen, Frame):
         fields: Sequence[str] = [name for names in seen._fields for name in names]
         values = _recorded(seen, fields)
     else:
@@ -83,7 +83,7 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
 
     pairs: Any = seen.pairs if joints else {}
     met = seen.contacts if contacts else None
-    return Frame(
+    return Scene(
         title=seen.title,
         when=_when(seen),
         points=seen.points,
@@ -103,7 +103,7 @@ def frame_of(source: Source, index: int, joints: bool, contacts: bool = False) -
 
 def _when(seen: Any) -> str:
     """Text with the stage of a state and its time, or its step in a relaxation, which takes no time."""
-    if isinstance(seen, ResultsFrame):
+    if isinstance(seen, Frame):
         words, still, step = [seen.stage] if seen.stage else [], seen.still, seen.step
     else:
         # If the time step is 0, the simulation has not run in time, or has been relaxed since.
@@ -119,7 +119,7 @@ def _when(seen: Any) -> str:
     return ", ".join(words)
 
 
-def _recorded(frame: ResultsFrame, fields: Sequence[str]) -> Callable[[str], npt.NDArray[Any]]:
+def _recorded(frame: Frame, fields: Sequence[str]) -> Callable[[str], npt.NDArray[Any]]:
     return lambda name: frame.field(one_of("field", name, fields))
 
 
@@ -151,7 +151,7 @@ class Values:
 
 
 def values_of(
-    frame: Frame, field: str | npt.ArrayLike, component: str | None, label: str | None
+    frame: Scene, field: str | npt.ArrayLike, component: str | None, label: str | None
 ) -> Values:
     """Scalars of a field, given by its name or as an array of the user."""
     name = field if isinstance(field, str) else "values"
@@ -182,7 +182,7 @@ _BEYOND = 0.5
 _FEW = 0.25
 
 
-def outside(frame: Frame, scale: float) -> Integers:
+def outside(frame: Scene, scale: float) -> Integers:
     """Numbers of the blocks that are drawn far from the initial model; none if they are too many."""
     kept = ~frame.removed
     if not kept.any():
@@ -268,7 +268,7 @@ def skin(elements: Integers) -> tuple[Integers, Integers]:
 _FINEST = 200
 
 
-def neighbours(frame: Frame, fragments: Integers) -> Integers:
+def neighbours(frame: Scene, fragments: Integers) -> Integers:
     """Neighbouring fragments at the start, two by two (n, 2), from the fragment of each element."""
     kept = np.flatnonzero(~frame.removed)
     corners = frame.points[frame.elements[kept]]
@@ -298,7 +298,7 @@ def neighbours(frame: Frame, fragments: Integers) -> Integers:
     return np.unique(both, axis=0)
 
 
-def apart(frame: Frame, fragments: Integers, colours: int) -> Integers:
+def apart(frame: Scene, fragments: Integers, colours: int) -> Integers:
     """Colour of each fragment, by its number: 0 for the first, which is the largest.
 
     The others have 1 to `colours`: neighbours differ, and all colours are used about equally often.

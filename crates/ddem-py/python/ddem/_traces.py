@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ._layers import INK, STATES, Layer, pairs_by_state, states
-from ._scene import Floats, Frame, Integers, lines_of, skin
+from ._scene import Floats, Integers, Scene, lines_of, skin
 
 # Width of the traces of bonded joints and of others, in pixels of a picture of 1200 × 900.
 _HOLDS, _FAILED = 3.5, 5.5
@@ -22,7 +22,7 @@ _ALONE, _GONE = -1, -2
 MOVING = "#d6006c"
 
 
-def traces(frame: Frame, scale: float, alone: bool) -> list[Layer]:
+def traces(frame: Scene, scale: float, alone: bool) -> list[Layer]:
     """Traces of joints on the outer faces of the model, a layer for each state.
 
     The width of a line does not depend on the thickness of its joint. If `alone` is true, the lines
@@ -54,7 +54,7 @@ class _Found:
     alone: Integers  # (m, 2) pairs: rims of nonconforming joints
 
 
-def _found(frame: Frame) -> _Found:
+def _found(frame: Scene) -> _Found:
     quads = frame.quads
     if "removed" in frame.pair_fields:
         gone = np.asarray(frame.pairs["removed"]).reshape(-1) != 0
@@ -108,7 +108,7 @@ def _rim(quads: Integers) -> npt.NDArray[np.bool_]:
     return rim
 
 
-def _sides(frame: Frame, quads: Integers, faces: Integers, blocks: Integers) -> Integers:
+def _sides(frame: Scene, quads: Integers, faces: Integers, blocks: Integers) -> Integers:
     """Faces of blocks on both sides of each joint element (n, 2), or `_ALONE` or `_GONE`."""
     from pyvista import convert_array
     from vtkmodules.vtkCommonCore import vtkIdList, vtkPoints
@@ -139,7 +139,7 @@ def _sides(frame: Frame, quads: Integers, faces: Integers, blocks: Integers) -> 
 
 
 def _outer_edges(
-    frame: Frame, quads: Integers, faces: Integers, sides: Integers
+    frame: Scene, quads: Integers, faces: Integers, sides: Integers
 ) -> tuple[Integers, Integers]:
     """Edges between a face at a joint and a face that is not: nodes and pairs at their ends, each
     (n, 2)."""
@@ -161,7 +161,7 @@ def _outer_edges(
     return ends[edge], pairs
 
 
-def moving(frame: Frame, blocks: Integers, scale: float) -> Layer:
+def moving(frame: Scene, blocks: Integers, scale: float) -> Layer:
     """Edges of the moving blocks of a run that fails, without edges at joints between two of them."""
     these = np.isin(frame.blocks, blocks) & ~frame.removed
     faces, _ = skin(frame.elements[these])

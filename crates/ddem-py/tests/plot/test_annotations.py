@@ -83,7 +83,7 @@ def test_prefixes_equal_those_of_the_summary(size, unit, expected):
     ],
 )
 def test_bars_have_round_numbers_with_prefixed_unit(clim, unit, title, texts):
-    bar = _layers.Bar(f"u ({unit})", None, clim, unit)
+    bar = _layers.ColourBar(f"u ({unit})", None, clim, unit)
     assert bar.title == title
     marks = _layers.ticks(bar)
     assert [text for _, text in marks] == texts

@@ -79,7 +79,7 @@ def test_adjacent_fragments_have_different_colours():
     outside = colour >= 0
     assert ((colour == 0) == (fragment == 0))[outside].all()
     # Blocks inside have no visible face, so the colours of all blocks are requested.
-    frame = _scene.frame_of(simulation, -1, False)
+    frame = _scene.scene_of(simulation, -1, False)
     number = simulation.block_fragment[simulation.element_block]
     all_colours = _scene.apart(frame, number, 11)
     assert np.array_equal(all_colours[fragment][outside], colour[outside])
@@ -135,7 +135,7 @@ def test_stress_measures_are_exact():
 
 
 def test_signed_values_have_bar_symmetric_about_zero(simulation):
-    frame = _scene.frame_of(simulation, -1, False)
+    frame = _scene.scene_of(simulation, -1, False)
     bar = _layers.blocks(frame, "stress", "xx", None, (None, None), 1.0, "none", 1.0)[0].bar
     assert bar.cmap.name == "RdBu_r"
     assert bar.clim[0] == -bar.clim[1]

@@ -17,7 +17,7 @@ def folder(simulation, tmp_path):
     from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as Pipeline
     from vtkmodules.vtkIOHDF import vtkHDFWriter
 
-    class Frames(VTKPythonAlgorithmBase):
+    class MovingGrid(VTKPythonAlgorithmBase):
         def __init__(self, grid, moving):
             super().__init__(nInputPorts=0, nOutputPorts=1, outputType="vtkUnstructuredGrid")
             self.grid, self.moving = grid, moving
@@ -38,7 +38,7 @@ def folder(simulation, tmp_path):
             return 1
 
     def write(name, grid, moving):
-        source, writer = Frames(grid, moving), vtkHDFWriter()
+        source, writer = MovingGrid(grid, moving), vtkHDFWriter()
         writer.SetInputConnection(source.GetOutputPort())
         writer.SetFileName(str(tmp_path / name))
         writer.SetWriteAllTimeSteps(True)
