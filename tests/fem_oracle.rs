@@ -3,10 +3,10 @@
 #[path = "fem/mod.rs"]
 mod fem;
 
-use fem::{Elastic, ElementKind, Face, Formulation, Lattice, Mesh, System, Transient};
+use fem::{Face, Formulation, LatticePart, Mesh, OracleLattice, OracleMaterial, System, Transient};
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-const ROCK: Elastic = Elastic { density: 2400.0, young: 18e9, poisson: 0.25 };
+const ROCK: OracleMaterial = OracleMaterial { density: 2400.0, young: 18e9, poisson: 0.25 };
 
 /// A mesh of the unit cube with a smooth distortion of its inside; the surface is unchanged.
 fn distorted(mut mesh: Mesh) -> Mesh {
@@ -19,7 +19,7 @@ fn distorted(mut mesh: Mesh) -> Mesh {
 
 /// The unit cube as 2×2×2 blocks with joints of three thicknesses, distorted.
 fn distorted_cube() -> Mesh {
-    let mut lattice = Lattice::boxed([1.0; 3], [2; 3], 2, 0.01, ROCK);
+    let mut lattice = OracleLattice::boxed([1.0; 3], [2; 3], 2, 0.01, ROCK);
     lattice.thickness = [vec![0.01], vec![0.05], vec![0.002]];
     distorted(lattice.mesh())
 }
@@ -104,19 +104,19 @@ fn mass_and_volume_equal_the_region() {
     assert!((filled - 1.0).abs() < 1e-12, "{filled}");
     let mass: f64 = mesh.masses().iter().sum();
     assert!((mass / ROCK.density - 1.0).abs() < 1e-12, "{mass}");
-    let element = &Lattice::boxed([2.0; 3], [1; 3], 1, 0.0, ROCK).mesh();
+    let element = &OracleLattice::boxed([2.0; 3], [1; 3], 1, 0.0, ROCK).mesh();
     assert!(largest(element.masses().iter().map(|mass| mass - 2400.0)) < 1e-9);
 }
 
 #[test]
 fn element_counts_and_numbering_match_definition() {
-    let mesh = Lattice::boxed([4.0; 3], [4; 3], 4, 0.01, ROCK).mesh();
+    let mesh = OracleLattice::boxed([4.0; 3], [4; 3], 4, 0.01, ROCK).mesh();
     let count = |kind| mesh.elements.iter().filter(|element| element.kind == kind).count();
     assert_eq!(mesh.nodes.len(), 8000);
-    assert_eq!(count(ElementKind::Body), 64 * 64);
-    assert_eq!(count(ElementKind::Joint), 3 * 3 * 16 * 16);
-    assert_eq!(count(ElementKind::Strip), 3 * 9 * 4 * 4);
-    assert_eq!(count(ElementKind::Corner), 27);
+    assert_eq!(count(LatticePart::Body), 64 * 64);
+    assert_eq!(count(LatticePart::Joint), 3 * 3 * 16 * 16);
+    assert_eq!(count(LatticePart::Strip), 3 * 9 * 4 * 4);
+    assert_eq!(count(LatticePart::Corner), 27);
     let at = mesh.nodes[125 * (1 + 4 * (2 + 4 * 3)) + 4 + 25];
     let expected = Vector3::new(1.995, 2.005, 3.005 + 0.995 / 4.0);
     assert!((at - expected).norm() < 1e-12, "{at}");
@@ -124,32 +124,32 @@ fn element_counts_and_numbering_match_definition() {
 
 #[test]
 fn joints_end_at_removed_blocks_and_take_softest_material() {
-    let soft = Elastic { young: 1e9, ..ROCK };
-    let mut lattice = Lattice::boxed([2.0; 3], [2; 3], 1, 0.1, ROCK);
+    let soft = OracleMaterial { young: 1e9, ..ROCK };
+    let mut lattice = OracleLattice::boxed([2.0; 3], [2; 3], 1, 0.1, ROCK);
     lattice.joint = Box::new(move |face: Face| {
         Some(if face.axis == 0 && face.cell == [0, 1, 1] { soft } else { ROCK })
     });
     let mesh = lattice.mesh();
     let of = |kind| mesh.elements.iter().filter(move |element| element.kind == kind);
-    assert_eq!(of(ElementKind::Joint).filter(|e| e.material == soft).count(), 1);
-    assert_eq!(of(ElementKind::Strip).filter(|e| e.material == soft).count(), 2);
-    assert_eq!(of(ElementKind::Corner).filter(|e| e.material == soft).count(), 1);
+    assert_eq!(of(LatticePart::Joint).filter(|e| e.material == soft).count(), 1);
+    assert_eq!(of(LatticePart::Strip).filter(|e| e.material == soft).count(), 2);
+    assert_eq!(of(LatticePart::Corner).filter(|e| e.material == soft).count(), 1);
 
     lattice.removed.insert(0);
     let mesh = lattice.mesh();
     let count = |kind| mesh.elements.iter().filter(|element| element.kind == kind).count();
     assert_eq!(mesh.nodes.len(), 7 * 8);
-    assert_eq!((count(ElementKind::Joint), count(ElementKind::Strip)), (9, 3));
-    assert_eq!(count(ElementKind::Corner), 0);
+    assert_eq!((count(LatticePart::Joint), count(LatticePart::Strip)), (9, 3));
+    assert_eq!(count(LatticePart::Corner), 0);
 }
 
 #[test]
 fn oblique_gap_has_thickness_along_normal() {
     let slope = 60f64.to_radians();
-    let mut lattice = Lattice::boxed([2.0, 1.0, 1.0], [2, 1, 1], 1, 0.1, ROCK);
+    let mut lattice = OracleLattice::boxed([2.0, 1.0, 1.0], [2, 1, 1], 1, 0.1, ROCK);
     lattice.axes[1] = Vector3::new(slope.cos(), slope.sin(), 0.0);
     let mesh = lattice.mesh();
-    let joint = mesh.elements.iter().find(|e| e.kind == ElementKind::Joint).expect("a joint");
+    let joint = mesh.elements.iter().find(|e| e.kind == LatticePart::Joint).expect("a joint");
     let corners = mesh.corners(joint);
     let normal = Vector3::new(slope.sin(), -slope.cos(), 0.0);
     assert!(((corners[1] - corners[0]).dot(&normal) - 0.1).abs() < 1e-12);
@@ -159,7 +159,7 @@ fn oblique_gap_has_thickness_along_normal() {
 /// Tip deflection over that of Timoshenko for a cantilever 10 × 1 × 1 with two elements over
 /// its height.
 fn cantilever(formulation: Formulation) -> f64 {
-    let mesh = Lattice::boxed([10.0, 1.0, 1.0], [10, 1, 1], 2, 1e-3, ROCK).mesh();
+    let mesh = OracleLattice::boxed([10.0, 1.0, 1.0], [10, 1, 1], 2, 1e-3, ROCK).mesh();
     let mut prescribed = vec![None; mesh.dofs()];
     hold(&mesh, &mut prescribed, |at| at.x < 1e-9, &[0]);
     hold(&mesh, &mut prescribed, |at| at.x < 1e-9 && (at.z - 0.5).abs() < 1e-9, &[2]);
@@ -200,8 +200,8 @@ fn largest_eigenvalue_equals_dense_solution() {
 
 #[test]
 fn free_bar_vibrates_at_exact_period_and_keeps_energy() {
-    let steel = Elastic { density: 8000.0, young: 200e9, poisson: 0.0 };
-    let mesh = Lattice::boxed([10.0, 0.5, 0.5], [10, 1, 1], 2, 0.01, steel).mesh();
+    let steel = OracleMaterial { density: 8000.0, young: 200e9, poisson: 0.0 };
+    let mesh = OracleLattice::boxed([10.0, 0.5, 0.5], [10, 1, 1], 2, 0.01, steel).mesh();
     let system = System::assemble(&mesh, Formulation::Standard);
     let fixed: Vec<bool> = (0..mesh.dofs()).map(|dof| mesh.nodes[dof / 3].x < 1e-9).collect();
     let step = 0.9 * 2.0 / system.largest_eigenvalue(&fixed).sqrt();
@@ -221,7 +221,7 @@ fn free_bar_vibrates_at_exact_period_and_keeps_energy() {
 
 /// Beam on two edges under a line load at midspan: mesh, load, supports.
 fn line_loaded_beam(thickness: f64) -> (Mesh, Vec<f64>, Vec<Option<f64>>) {
-    let mesh = Lattice::boxed([12.0, 3.0, 3.0], [12, 3, 3], 4, thickness, ROCK).mesh();
+    let mesh = OracleLattice::boxed([12.0, 3.0, 3.0], [12, 3, 3], 4, thickness, ROCK).mesh();
     let mut prescribed = vec![None; mesh.dofs()];
     hold(&mesh, &mut prescribed, |at| at.x < 1e-9 && at.z < 1e-9, &[0, 2]);
     hold(&mesh, &mut prescribed, |at| at.x > 12.0 - 1e-9 && at.z < 1e-9, &[2]);

@@ -12,9 +12,9 @@ use super::shared::{Frames, How, run_into};
 
 /// Stores the samples of the probes.
 #[derive(Default)]
-struct Samples(Vec<(u64, f64, Vec<Option<f64>>)>);
+struct SampleRecorder(Vec<(u64, f64, Vec<Option<f64>>)>);
 
-impl Observer for Samples {
+impl Observer for SampleRecorder {
     fn event(&mut self, event: Event<'_>) {
         if let Event::Sample { step, time, values } = event {
             self.0.push((step, time, values.to_vec()));
@@ -31,8 +31,8 @@ fn session(deck: &Deck) -> Session {
 }
 
 /// Runs a session through the stages of its deck.
-fn all_stages(session: &mut Session, folder: Option<&Path>) -> Samples {
-    let mut samples = Samples::default();
+fn all_stages(session: &mut Session, folder: Option<&Path>) -> SampleRecorder {
+    let mut samples = SampleRecorder::default();
     for stage in session.site().deck().stage.clone() {
         let done = session.stage(&stage, folder, &mut samples);
         assert!(done.unwrap_or_else(|error| panic!("{error}")));
@@ -129,7 +129,7 @@ fn callbacks_change_no_bit_and_may_end_a_stage() {
     let deck = deck(&mixed());
     let (mut plain, mut paused) = (session(&deck), session(&deck));
     let all = all_stages(&mut plain, None);
-    let mut samples = Samples::default();
+    let mut samples = SampleRecorder::default();
     for stage in paused.site().deck().stage.clone() {
         let every = stage.duration.map(|duration| duration / 7.0);
         let mut begun =
@@ -146,7 +146,7 @@ fn callbacks_change_no_bit_and_may_end_a_stage() {
         assert!(every.map_or(looks == 0, |_| (6..=7).contains(&looks)), "{looks}");
     }
     assert_eq!(paused.simulation().save(), plain.simulation().save());
-    let bits = |samples: &Samples| format!("{:?}", samples.0);
+    let bits = |samples: &SampleRecorder| format!("{:?}", samples.0);
     assert_eq!(bits(&samples), bits(&all));
     // A stage ended at a pause lasts until there, and other stages can follow it.
     let mut short = session(&deck);
@@ -170,6 +170,7 @@ fn callbacks_change_no_bit_and_may_end_a_stage() {
 fn session_has_no_safety_stage() {
     let mut session = session(&deck(&mixed()));
     let stage = Stage { name: "safety".into(), kind: StageKind::Safety, ..Stage::default() };
-    let error = session.stage(&stage, None, &mut Samples::default()).expect_err("no stage for it");
+    let error =
+        session.stage(&stage, None, &mut SampleRecorder::default()).expect_err("no stage for it");
     assert!(error.to_string().contains("`Simulation::factor_of_safety`"), "{error}");
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, SMatrix, SVector, Vector3, Vector6};
 
-use super::Elastic;
+use super::OracleMaterial;
 
 /// The stiffness of one element: 8 nodes × 3 components.
 pub type ElementMatrix = SMatrix<f64, 24, 24>;
@@ -37,7 +37,7 @@ pub enum Formulation {
 /// The stiffness matrix of an element with the given node positions.
 pub fn stiffness(
     nodes: &[Vector3<f64>; 8],
-    material: &Elastic,
+    material: &OracleMaterial,
     formulation: Formulation,
 ) -> ElementMatrix {
     let elasticity = elasticity(material);
@@ -72,7 +72,7 @@ pub fn volume(nodes: &[Vector3<f64>; 8]) -> f64 {
 }
 
 /// The row-sum lumped mass of each node of an element, ρV/8 for an affine one.
-pub fn lumped_masses(nodes: &[Vector3<f64>; 8], material: &Elastic) -> [f64; 8] {
+pub fn lumped_masses(nodes: &[Vector3<f64>; 8], material: &OracleMaterial) -> [f64; 8] {
     let mut masses = [0.0; 8];
     for point in gauss_points() {
         let weight = material.density * jacobian(nodes, point).determinant();
@@ -88,7 +88,7 @@ pub fn lumped_masses(nodes: &[Vector3<f64>; 8], material: &Elastic) -> [f64; 8] 
 /// The incompatible strains vanish there, so it is the same for both formulations.
 pub fn stress_at_centroid(
     nodes: &[Vector3<f64>; 8],
-    material: &Elastic,
+    material: &OracleMaterial,
     displacements: &[Vector3<f64>; 8],
 ) -> Vector6<f64> {
     let stacked = SVector::<f64, 24>::from_fn(|row, _| displacements[row / 3][row % 3]);
@@ -97,7 +97,7 @@ pub fn stress_at_centroid(
 }
 
 /// Hooke's law in Voigt form.
-fn elasticity(material: &Elastic) -> Matrix6<f64> {
+fn elasticity(material: &OracleMaterial) -> Matrix6<f64> {
     let mut matrix = Matrix6::zeros();
     matrix.fixed_view_mut::<3, 3>(0, 0).fill(material.lambda());
     for axis in 0..3 {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use nalgebra::Vector3;
 
-use super::{Elastic, Element, ElementKind, Mesh};
+use super::{Hexahedron, LatticePart, Mesh, OracleMaterial};
 
 /// The node offsets of an element, in VTK order.
 const VTK_OFFSETS: [[usize; 3]; 8] =
@@ -23,7 +23,7 @@ pub struct Face {
 ///
 /// A cell is a place for a block, removed or not. It is named by its three indices or by its
 /// number, x fastest, then y, then z.
-pub struct Lattice<'a> {
+pub struct OracleLattice<'a> {
     /// Start of the three edges of the region.
     pub origin: Vector3<f64>,
     /// Unit vectors along the edges, right-handed.
@@ -37,19 +37,19 @@ pub struct Lattice<'a> {
     /// Numbers of the cells without a block.
     pub removed: BTreeSet<usize>,
     /// The material of the block in a cell.
-    pub body: Box<dyn Fn([usize; 3]) -> Elastic + 'a>,
+    pub body: Box<dyn Fn([usize; 3]) -> OracleMaterial + 'a>,
     /// The material of a joint; `None` if it is not a continuum.
-    pub joint: Box<dyn Fn(Face) -> Option<Elastic> + 'a>,
+    pub joint: Box<dyn Fn(Face) -> Option<OracleMaterial> + 'a>,
 }
 
-impl Lattice<'_> {
+impl OracleLattice<'_> {
     /// A box of equal blocks along the coordinate axes, with joints of the rock itself.
     pub fn boxed(
         size: [f64; 3],
         count: [usize; 3],
         divisions: usize,
         thickness: f64,
-        rock: Elastic,
+        rock: OracleMaterial,
     ) -> Self {
         let cut = |axis: usize| {
             let step = size[axis] / count[axis] as f64;
@@ -142,8 +142,8 @@ impl Lattice<'_> {
         for (block, cell) in present.enumerate() {
             for local in boxed_indices([self.divisions; 3]) {
                 let at = [0, 1, 2].map(|axis| cell[axis] * (self.divisions + 1) + local[axis]);
-                mesh.elements.push(Element {
-                    kind: ElementKind::Body,
+                mesh.elements.push(Hexahedron {
+                    kind: LatticePart::Body,
                     nodes: nodes_at(mesh, at).expect("a block has all its nodes"),
                     material: (self.body)(cell),
                     block: Some(block),
@@ -160,15 +160,15 @@ impl Lattice<'_> {
             let across = at.map(|interval| mesh.is_gap(interval));
             let kind = match across.iter().filter(|&&gap| gap).count() {
                 0 => continue,
-                1 => ElementKind::Joint,
-                2 => ElementKind::Strip,
-                _ => ElementKind::Corner,
+                1 => LatticePart::Joint,
+                2 => LatticePart::Strip,
+                _ => LatticePart::Corner,
             };
             let cell = at.map(|interval| interval / (self.divisions + 1));
             if let (Some(nodes), Some(material)) =
                 (nodes_at(mesh, at), self.meeting_material(cell, across))
             {
-                found.push(Element { kind, nodes, material, block: None });
+                found.push(Hexahedron { kind, nodes, material, block: None });
             }
         }
         found.sort_by_key(|element| element.kind);
@@ -177,8 +177,8 @@ impl Lattice<'_> {
 
     /// The material where the joints across the given axes meet beyond `cell`: the most compliant
     /// one, the first on a tie. None unless all of them are continua with a thickness.
-    fn meeting_material(&self, cell: [usize; 3], across: [bool; 3]) -> Option<Elastic> {
-        let mut softest: Option<Elastic> = None;
+    fn meeting_material(&self, cell: [usize; 3], across: [bool; 3]) -> Option<OracleMaterial> {
+        let mut softest: Option<OracleMaterial> = None;
         for axis in (0..3).filter(|&axis| across[axis]) {
             if self.thickness[axis][cell[axis]] <= 0.0 {
                 return None;

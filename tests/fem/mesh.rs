@@ -2,11 +2,11 @@
 
 use nalgebra::{Vector3, Vector6};
 
-use super::{Elastic, element};
+use super::{OracleMaterial, element};
 
 /// Kind of region that an element fills.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum ElementKind {
+pub enum LatticePart {
     /// Part of a deformable block.
     Body,
     /// Part of the joint between two facing blocks.
@@ -19,13 +19,13 @@ pub enum ElementKind {
 
 /// One hexahedron.
 #[derive(Clone, Debug)]
-pub struct Element {
+pub struct Hexahedron {
     /// Kind of the region that it fills.
-    pub kind: ElementKind,
+    pub kind: LatticePart,
     /// Its nodes, in VTK order.
     pub nodes: [usize; 8],
     /// Its material.
-    pub material: Elastic,
+    pub material: OracleMaterial,
     /// The block of a block element.
     pub block: Option<usize>,
 }
@@ -40,7 +40,7 @@ pub struct Mesh {
     /// Reference positions.
     pub nodes: Vec<Vector3<f64>>,
     /// The elements.
-    pub elements: Vec<Element>,
+    pub elements: Vec<Hexahedron>,
     /// The node at each point of the lattice of nodes, x fastest; none in removed blocks.
     pub(super) grid: Vec<Option<usize>>,
     /// Lattice coordinates of the nodes along each axis.
@@ -56,7 +56,7 @@ impl Mesh {
     }
 
     /// The positions of an element's nodes.
-    pub fn corners(&self, element: &Element) -> [Vector3<f64>; 8] {
+    pub fn corners(&self, element: &Hexahedron) -> [Vector3<f64>; 8] {
         element.nodes.map(|node| self.nodes[node])
     }
 
@@ -120,7 +120,7 @@ impl Mesh {
     }
 
     /// The stress at the centroid of an element, for displacements by degree of freedom.
-    pub fn stress(&self, element: &Element, displacements: &[f64]) -> Vector6<f64> {
+    pub fn stress(&self, element: &Hexahedron, displacements: &[f64]) -> Vector6<f64> {
         let moved = element
             .nodes
             .map(|node| Vector3::from_column_slice(&displacements[3 * node..3 * node + 3]));

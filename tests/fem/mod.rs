@@ -8,7 +8,7 @@
 //! engineering shear strains. Units are SI; tension is positive.
 //!
 //! ```ignore
-//! let mesh = Lattice::boxed([12.0, 3.0, 3.0], [12, 3, 3], 4, 0.01, rock).mesh();
+//! let mesh = OracleLattice::boxed([12.0, 3.0, 3.0], [12, 3, 3], 4, 0.01, rock).mesh();
 //! let system = System::assemble(&mesh, Formulation::Standard);
 //! let solution = system.solve(&loads, &prescribed);
 //! ```
@@ -29,8 +29,8 @@ mod system;
 mod transient;
 
 pub use element::{Formulation, lumped_masses, stiffness, stress_at_centroid, volume};
-pub use lattice::{Face, Lattice};
-pub use mesh::{Element, ElementKind, Mesh};
+pub use lattice::{Face, OracleLattice};
+pub use mesh::{Hexahedron, LatticePart, Mesh};
 pub use solver::Solution;
 pub use sparse::Csr;
 pub use system::System;
@@ -38,7 +38,7 @@ pub use transient::Transient;
 
 /// An isotropic linear elastic material.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Elastic {
+pub struct OracleMaterial {
     /// Mass density, kg/m³.
     pub density: f64,
     /// Young's modulus, Pa.
@@ -47,7 +47,7 @@ pub struct Elastic {
     pub poisson: f64,
 }
 
-impl Elastic {
+impl OracleMaterial {
     /// Lamé's first constant λ.
     pub fn lambda(&self) -> f64 {
         self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))

@@ -1,7 +1,7 @@
 //! The assembled equations of a mesh.
 
 use super::sparse::{add_scaled, dot, norm};
-use super::{Csr, ElementKind, Formulation, Mesh, element};
+use super::{Csr, Formulation, LatticePart, Mesh, element};
 
 /// Stiffness, mass, and the node clusters of the solver's preconditioner.
 #[derive(Clone, Debug)]
@@ -22,7 +22,7 @@ impl System {
         let mut stiffness = Csr::of_elements(mesh.nodes.len(), pattern);
         for element in &mesh.elements {
             let formulation = match element.kind {
-                ElementKind::Body => formulation,
+                LatticePart::Body => formulation,
                 _ => Formulation::Standard,
             };
             let matrix = element::stiffness(&mesh.corners(element), &element.material, formulation);

@@ -7,27 +7,25 @@ use ddem_deck::{
 };
 use nalgebra::Vector3;
 
-use super::fem::{Elastic, Formulation, Lattice, Mesh, System};
+use super::fem::{Formulation, Mesh, OracleLattice, OracleMaterial, System};
 
-const ROCK: Elastic = Elastic { density: 2400.0, young: 18e9, poisson: 0.25 };
-const CLAY: Elastic = Elastic { density: 2000.0, young: 3e8, poisson: 0.1 };
+const ROCK: OracleMaterial = OracleMaterial { density: 2400.0, young: 18e9, poisson: 0.25 };
+const CLAY: OracleMaterial = OracleMaterial { density: 2000.0, young: 3e8, poisson: 0.1 };
 /// Pressure so small compared with the stiffness of the rock that it acts on the walls in their
 /// initial positions.
 const PRESSURE: f64 = 1e3;
 
-type Vec3 = Vector3<f64>;
-
 /// Blocks in a lattice, some of which are removed, fixed at the lower side.
 struct Hollow {
     cuts: [Vec<f64>; 3],
-    axes: [Vec3; 3],
+    axes: [Vector3<f64>; 3],
     divisions: usize,
-    joint: (f64, Elastic),
+    joint: (f64, OracleMaterial),
     removed: Vec<[usize; 3]>,
 }
 
 impl Hollow {
-    fn at(&self, along: [f64; 3]) -> Vec3 {
+    fn at(&self, along: [f64; 3]) -> Vector3<f64> {
         (0..3).map(|d| self.axes[d] * along[d]).sum()
     }
 
@@ -40,9 +38,9 @@ impl Hollow {
     fn deck(&self) -> Deck {
         let mut deck = Deck::default();
         deck.model.kinematics = Kinematics::Small;
-        let Elastic { density, young, poisson } = ROCK;
+        let OracleMaterial { density, young, poisson } = ROCK;
         deck.materials.insert("rock".into(), Material { density, young, poisson });
-        let (thickness, Elastic { density, young, poisson }) = self.joint;
+        let (thickness, OracleMaterial { density, young, poisson }) = self.joint;
         let (density, young, poisson) = (Some(density), Some(young), Some(poisson));
         let joint = Joint { thickness, density, young, poisson, ..Joint::default() };
         deck.joints.insert("seam".into(), joint);
@@ -69,7 +67,7 @@ impl Hollow {
     fn mesh(&self) -> Mesh {
         let count = self.cuts.each_ref().map(|cuts| cuts.len() - 1);
         let (thickness, material) = self.joint;
-        let mut lattice = Lattice::boxed([1.0; 3], count, self.divisions, thickness, ROCK);
+        let mut lattice = OracleLattice::boxed([1.0; 3], count, self.divisions, thickness, ROCK);
         lattice.cuts = self.cuts.clone();
         lattice.axes = self.axes;
         let number = |c: &[usize; 3]| c[0] + count[0] * (c[1] + count[1] * c[2]);
@@ -126,8 +124,8 @@ impl Hollow {
 
 /// Adds the pressure on a flat polygon in equal parts to its corners; its normal points away from a
 /// place in the gas.
-fn push(mesh: &Mesh, load: &mut [f64], corners: &[usize], gas: Vec3) {
-    let x: Vec<Vec3> = corners.iter().map(|&node| mesh.nodes[node]).collect();
+fn push(mesh: &Mesh, load: &mut [f64], corners: &[usize], gas: Vector3<f64>) {
+    let x: Vec<Vector3<f64>> = corners.iter().map(|&node| mesh.nodes[node]).collect();
     let cross = match x[..] {
         [a, b, c] => (b - a).cross(&(c - a)),
         [a, b, c, d] => (c - a).cross(&(d - b)),
@@ -141,7 +139,7 @@ fn push(mesh: &Mesh, load: &mut [f64], corners: &[usize], gas: Vec3) {
 }
 
 /// Adds the pressure on the elements of a wall.
-fn push_wall(mesh: &Mesh, load: &mut [f64], wall: &[Vec<usize>], gas: Vec3) {
+fn push_wall(mesh: &Mesh, load: &mut [f64], wall: &[Vec<usize>], gas: Vector3<f64>) {
     let n = wall.len() - 1;
     for (i, k) in (0..n).flat_map(|i| (0..n).map(move |k| (i, k))) {
         let quad = [wall[i][k], wall[i + 1][k], wall[i + 1][k + 1], wall[i][k + 1]];
@@ -185,9 +183,9 @@ fn pushed(hollow: &Hollow, mesh: &Mesh, cell: [usize; 3]) -> Vec<f64> {
 
 #[test]
 fn charge_in_missing_block_equals_fem() {
-    let unit = [Vec3::x(), Vec3::y(), Vec3::z()];
-    let slant = Vec3::new(0.2, 0.3, 1.0).normalize();
-    let oblique = [Vec3::x(), Vec3::new(0.4, 1.0, 0.0).normalize(), slant];
+    let unit = [Vector3::x(), Vector3::y(), Vector3::z()];
+    let slant = Vector3::new(0.2, 0.3, 1.0).normalize();
+    let oblique = [Vector3::x(), Vector3::new(0.4, 1.0, 0.0).normalize(), slant];
     let uneven = [vec![0.0, 0.5, 1.7, 2.2], vec![0.0, 1.1, 1.6, 2.4], vec![0.0, 0.7, 1.5, 2.6]];
     for (axes, cuts) in [
         (unit, [uniform(3, 3.0), uniform(3, 3.0), uniform(3, 3.0)]),
@@ -219,7 +217,7 @@ fn charge_in_staircase_cavity_equals_fem() {
     let cells = (0..count.pow(3)).map(|i| [i % count, i / count % count, i / count / count]);
     let removed: Vec<[usize; 3]> = cells.filter(|cell| far(cell) < 1.2).collect();
     assert_eq!(removed.len(), 56);
-    let axes = [Vec3::x(), Vec3::y(), Vec3::z()];
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
     let errors = [1e-3, 1e-4, 1e-5].map(|thickness| {
         let (joint, removed) = ((thickness, ROCK), removed.clone());
         let hollow = Hollow { cuts: cuts.clone(), axes, divisions: 1, joint, removed };

@@ -9,7 +9,7 @@ mod sample;
 
 use ddem_core::Simulation;
 use ddem_deck::{Damping, Kinematics, TimeStep};
-use fem::{ElementKind, Mesh, System, Transient};
+use fem::{LatticePart, Mesh, System, Transient};
 use sample::{Sample, samples};
 
 /// Simulation, independent mesh and independent matrices of a sample.
@@ -135,7 +135,7 @@ fn damped_motion_equals_scheme_with_assembled_matrix() {
             let mut motion = Transient::new(&system, load, coefficients, fixed, step);
             if let Damping::Stiffness(beta) = damping {
                 let mut bodies = mesh.clone();
-                bodies.elements.retain(|element| element.kind == ElementKind::Body);
+                bodies.elements.retain(|element| element.kind == LatticePart::Body);
                 let mut stiffness = System::assemble(&bodies, sample.formulation()).stiffness;
                 stiffness.values.iter_mut().for_each(|value| *value *= beta);
                 motion.viscous = Some(stiffness);

@@ -7,12 +7,12 @@ use ddem_deck::{
 };
 use nalgebra::Vector3;
 
-use super::fem::{Elastic, Face, Formulation, Lattice, Mesh, System};
+use super::fem::{Face, Formulation, Mesh, OracleLattice, OracleMaterial, System};
 
-const ROCK: Elastic = Elastic { density: 2400.0, young: 18e9, poisson: 0.25 };
-const SOFT: Elastic = Elastic { density: 1900.0, young: 18e6, poisson: 0.35 };
-const CLAY: Elastic = Elastic { density: 2000.0, young: 3e8, poisson: 0.1 };
-const STIFF: Elastic = Elastic { density: 7800.0, young: 210e9, poisson: 0.3 };
+const ROCK: OracleMaterial = OracleMaterial { density: 2400.0, young: 18e9, poisson: 0.25 };
+const SOFT: OracleMaterial = OracleMaterial { density: 1900.0, young: 18e6, poisson: 0.35 };
+const CLAY: OracleMaterial = OracleMaterial { density: 2000.0, young: 3e8, poisson: 0.1 };
+const STIFF: OracleMaterial = OracleMaterial { density: 7800.0, young: 210e9, poisson: 0.3 };
 const GRAVITY: [f64; 3] = [0.3, -0.2, -9.81];
 const TRACTION: [f64; 3] = [2e4, -1e4, -7e4];
 const PRESSURE: f64 = 4e4;
@@ -28,13 +28,13 @@ pub(crate) struct Sample {
     divisions: usize,
     incompatible: bool,
     /// Thickness and material of the joints across each axis.
-    joints: [(f64, Elastic); 3],
+    joints: [(f64, OracleMaterial); 3],
     /// Joint of another material.
-    patch: Option<(Face, Elastic)>,
+    patch: Option<(Face, OracleMaterial)>,
     /// Plane of joints across an axis with another thickness and material.
-    plane: Option<(usize, usize, f64, Elastic)>,
+    plane: Option<(usize, usize, f64, OracleMaterial)>,
     /// Block of another material.
-    ore: Option<([usize; 3], Elastic)>,
+    ore: Option<([usize; 3], OracleMaterial)>,
     removed: Vec<[usize; 3]>,
     /// True if fixed at the base and loaded in every way.
     pub(crate) loaded: bool,
@@ -105,13 +105,13 @@ pub(crate) fn samples() -> Vec<Sample> {
     ]
 }
 
-fn joint(thickness: f64, of: Elastic) -> Joint {
-    let Elastic { density, young, poisson } = of;
+fn joint(thickness: f64, of: OracleMaterial) -> Joint {
+    let OracleMaterial { density, young, poisson } = of;
     let (density, young, poisson) = (Some(density), Some(young), Some(poisson));
     Joint { thickness, density, young, poisson, ..Joint::default() }
 }
 
-fn material(of: Elastic) -> Material {
+fn material(of: OracleMaterial) -> Material {
     Material { density: of.density, young: of.young, poisson: of.poisson }
 }
 
@@ -139,9 +139,9 @@ impl Sample {
     }
 
     /// Independent description of the sample.
-    pub(crate) fn lattice(&self) -> Lattice<'_> {
+    pub(crate) fn lattice(&self) -> OracleLattice<'_> {
         let count = [0, 1, 2].map(|d| self.cuts[d].len() - 1);
-        let mut lattice = Lattice::boxed([1.0; 3], count, self.divisions, 0.0, ROCK);
+        let mut lattice = OracleLattice::boxed([1.0; 3], count, self.divisions, 0.0, ROCK);
         lattice.cuts = self.cuts.clone();
         lattice.axes = self.axes;
         lattice.thickness = [0, 1, 2].map(|d| vec![self.joints[d].0; count[d] - 1]);

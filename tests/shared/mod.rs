@@ -6,7 +6,7 @@
 mod table;
 mod vtk;
 
-pub use table::Table;
+pub use table::ResultTable;
 pub use vtk::Frames;
 
 use std::path::{Path, PathBuf};
@@ -93,8 +93,8 @@ pub fn run_into(text: &str, folder: &Path, how: How) -> bool {
 /// The results of a run.
 pub struct Run {
     folder: TempDir,
-    pub probes: Table,
-    pub energy: Table,
+    pub probes: ResultTable,
+    pub energy: ResultTable,
     pub summary: Summary,
 }
 
@@ -103,8 +103,8 @@ pub fn run(text: &str) -> Run {
     let folder = tempfile::tempdir().expect("a temporary folder");
     assert!(run_into(text, folder.path(), How::default()));
     Run {
-        probes: Table::read(&folder.path().join("probes.csv")),
-        energy: Table::read(&folder.path().join("energy.csv")),
+        probes: ResultTable::read(&folder.path().join("probes.csv")),
+        energy: ResultTable::read(&folder.path().join("energy.csv")),
         summary: Summary::read(folder.path().join("summary.json")).expect("a summary"),
         folder,
     }

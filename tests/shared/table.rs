@@ -3,12 +3,12 @@
 use std::path::Path;
 
 /// `probes.csv` or `energy.csv`.
-pub struct Table {
+pub struct ResultTable {
     names: Vec<String>,
     rows: Vec<Vec<Option<f64>>>,
 }
 
-impl Table {
+impl ResultTable {
     /// Reads a table; the names of stages must be free of commas.
     pub fn read(path: &Path) -> Self {
         let text = std::fs::read_to_string(path).expect("a table");

@@ -2,7 +2,7 @@
 
 use super::ROCK;
 use super::energy::closes;
-use super::fem::{Formulation, Lattice, System};
+use super::fem::{Formulation, OracleLattice, System};
 use super::intact_planes::tractions;
 use super::record::Tolerance::{Absolute, Of, Relative};
 use super::record::{at_least, check, of};
@@ -14,7 +14,7 @@ const THICKNESS: f64 = 0.05;
 /// Force on the line `[N/Pa]` and its displacement `[m/Pa]` per largest tension across a joint, and
 /// the place of that tension, from a finite element model of the intact beam.
 fn elastic() -> ([f64; 2], [f64; 3]) {
-    let mesh = Lattice::boxed([12.0, 3.0, 3.0], [12, 3, 3], 2, THICKNESS, ROCK).mesh();
+    let mesh = OracleLattice::boxed([12.0, 3.0, 3.0], [12, 3, 3], 2, THICKNESS, ROCK).mesh();
     let mut held = vec![None; mesh.dofs()];
     let ends = mesh.select(|at| at.z < 1e-9 && (at.x < 1e-9 || at.x > 12.0 - 1e-9));
     for node in ends {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DVector, Vector3};
 
-use super::fem::{ElementKind, Formulation, Mesh, stiffness, volume};
+use super::fem::{Formulation, LatticePart, Mesh, stiffness, volume};
 
 /// Corners of an element that face each other along each axis.
 const FACING: [[[usize; 2]; 4]; 3] = [
@@ -19,7 +19,7 @@ pub(crate) type Pair = (Vector3<f64>, Vector3<f64>);
 /// Pairs of the joint plane at `at` along `axis`, without strips and corners, eq. (M1).
 pub(crate) fn tractions(mesh: &Mesh, u: &[f64], axis: usize, at: f64) -> Vec<Pair> {
     let mut pairs: BTreeMap<usize, (Vector3<f64>, Vector3<f64>, f64)> = BTreeMap::new();
-    for element in mesh.elements.iter().filter(|element| element.kind == ElementKind::Joint) {
+    for element in mesh.elements.iter().filter(|element| element.kind == LatticePart::Joint) {
         let corners = mesh.corners(element);
         let [near, far] = [0, 6].map(|corner: usize| corners[corner][axis]);
         if (0.5 * (near + far) - at).abs() > 1e-6 {

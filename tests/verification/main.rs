@@ -45,7 +45,7 @@ mod three_point_beam;
 mod vtk_reader;
 mod waves;
 
-use fem::Elastic;
+use fem::OracleMaterial;
 
 /// Rock of the paper, for the independent model.
-const ROCK: Elastic = Elastic { density: 2400.0, young: 18e9, poisson: 0.25 };
+const ROCK: OracleMaterial = OracleMaterial { density: 2400.0, young: 18e9, poisson: 0.25 };

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::ROCK;
-use super::fem::{Formulation, Lattice, System};
+use super::fem::{Formulation, OracleLattice, System};
 use super::record::Tolerance::{Absolute, Of, Relative};
 use super::record::{check, of};
 use super::shared::{Frames, edited, example, run};
@@ -50,7 +50,7 @@ fn cube_on_base_of_paper_equals_finite_elements() {
     let [left, right] = ["left.x", "right.x"].map(|column| run.last(column));
     let largest = run.last("top.z").abs();
     check(case, "u_x left + right [m]", 0.0, left + right, Of(largest, 1e-6));
-    let mesh = Lattice::boxed([SIDE; 3], [4; 3], 4, 0.01, ROCK).mesh();
+    let mesh = OracleLattice::boxed([SIDE; 3], [4; 3], 4, 0.01, ROCK).mesh();
     let mut held = vec![None; mesh.dofs()];
     for node in mesh.select(|at| at.z < 1e-9) {
         held[3 * node..3 * node + 3].fill(Some(0.0));

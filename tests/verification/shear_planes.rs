@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::ROCK;
 use super::energy::closes;
-use super::fem::{Formulation, Lattice, System};
+use super::fem::{Formulation, OracleLattice, System};
 use super::intact_planes::{Pair, tractions};
 use super::record::Tolerance::{Of, Relative};
 use super::record::{at_most, between, check, consistent, of};
@@ -21,7 +21,7 @@ fn friction() -> f64 {
 
 /// Tractions of the intact planes at z = 2 and 5 under the weight, and under 1 Pa on y = 0.
 fn intact() -> [[Vec<Pair>; 2]; 2] {
-    let mesh = Lattice::boxed([4.0, 4.0, 8.0], [4, 4, 8], 2, 0.05, ROCK).mesh();
+    let mesh = OracleLattice::boxed([4.0, 4.0, 8.0], [4, 4, 8], 2, 0.05, ROCK).mesh();
     let system = System::assemble(&mesh, Formulation::Standard);
     let mut held = vec![None; mesh.dofs()];
     for node in mesh.select(|at| at.z < 1e-9) {

@@ -12,7 +12,7 @@ use super::shared::{deck, edited, example, run};
 
 /// Contact or joint between the block and the plane.
 #[derive(Clone, Copy, Debug)]
-enum Plane {
+enum PlaneInterface {
     /// Contact with a normal stiffness `[Pa/m]`.
     Contact(f64),
     /// Joint of springs with a normal stiffness `[Pa/m]`.
@@ -32,13 +32,17 @@ impl std::fmt::Display for Plane {
 }
 
 /// The block on a plane of a slope with friction `[degrees]`.
-fn block(plane: Plane, [slope, friction]: [f64; 2], (body, divisions): (Body, u32)) -> Deck {
+fn block(
+    plane: PlaneInterface,
+    [slope, friction]: [f64; 2],
+    (body, divisions): (Body, u32),
+) -> Deck {
     let mut deck = deck(&example("slide_plane"));
     let slope = slope.to_radians();
     deck.model.gravity = [G * slope.sin(), 0.0, -G * slope.cos()];
     for set in &mut deck.blocks {
         set.divisions = divisions;
-        if let Plane::Contact(_) = plane {
+        if let PlaneInterface::Contact(_) = plane {
             set.joint = None;
         }
     }
@@ -47,15 +51,15 @@ fn block(plane: Plane, [slope, friction]: [f64; 2], (body, divisions): (Body, u3
     let joint = deck.joints.get_mut("plane").expect("the joint");
     joint.friction = Some(friction);
     match plane {
-        Plane::Contact(stiffness) => {
+        PlaneInterface::Contact(stiffness) => {
             deck.contact.normal_stiffness = Some(stiffness);
             deck.contact.shear_stiffness = Some(0.5 * stiffness);
         }
-        Plane::Spring(stiffness) => {
+        PlaneInterface::Spring(stiffness) => {
             joint.normal_stiffness = Some(stiffness);
             joint.shear_stiffness = Some(0.5 * stiffness);
         }
-        Plane::Layer(thickness) => {
+        PlaneInterface::Layer(thickness) => {
             (joint.normal_stiffness, joint.shear_stiffness) = (None, None);
             (joint.thickness, joint.material) = (thickness, Some("rock".to_owned()));
         }
@@ -115,13 +119,13 @@ const BLOCKS: [((Body, u32), &str); 4] = [
 fn plate_slides_with_exact_acceleration() {
     let case = of("slide_plane");
     let planes = [
-        (Plane::Contact(1e6), 1.2),
-        (Plane::Contact(1e10), 0.3),
-        (Plane::Contact(1e12), 0.15),
-        (Plane::Spring(1e7), 0.6),
-        (Plane::Spring(1e11), 0.3),
-        (Plane::Spring(1e12), 0.15),
-        (Plane::Layer(0.01), 0.15),
+        (PlaneInterface::Contact(1e6), 1.2),
+        (PlaneInterface::Contact(1e10), 0.3),
+        (PlaneInterface::Contact(1e12), 0.15),
+        (PlaneInterface::Spring(1e7), 0.6),
+        (PlaneInterface::Spring(1e11), 0.3),
+        (PlaneInterface::Spring(1e12), 0.15),
+        (PlaneInterface::Layer(0.01), 0.15),
     ];
     let slopes = [[30.0, 28.0], [35.0, 25.0], [25.0, 23.0]];
     for (i, (plane, duration)) in planes.into_iter().enumerate() {
@@ -146,8 +150,8 @@ fn plate_slides_with_exact_acceleration() {
 fn cube_slides_like_plate() {
     let case = of("slide_plane");
     for (plane, slopes) in [
-        (Plane::Spring(1e11), [[35.0, 33.0], [30.0, 28.0]]),
-        (Plane::Layer(0.01), [[35.0, 33.0], [25.0, 23.0]]),
+        (PlaneInterface::Spring(1e11), [[35.0, 33.0], [30.0, 28.0]]),
+        (PlaneInterface::Layer(0.01), [[35.0, 33.0], [25.0, 23.0]]),
     ] {
         for ([slope, friction], (kind, name)) in
             slopes.into_iter().flat_map(|slope| BLOCKS.map(|kind| (slope, kind)))
@@ -173,7 +177,9 @@ fn cube_slides_like_plate() {
 fn slender_block_slides_like_plate() {
     let case = of("slide_plane");
     let [slope, friction] = [31.0, 26.0];
-    for plane in [Plane::Contact(1e10), Plane::Spring(1e10), Plane::Layer(0.01)] {
+    for plane in
+        [PlaneInterface::Contact(1e10), PlaneInterface::Spring(1e10), PlaneInterface::Layer(0.01)]
+    {
         let mut deck = block(plane, [slope, friction], (Body::Rigid, 1));
         deck.blocks[1].size = Some([0.8, 0.7, 1.28]);
         deck.stage[0].duration = Some(1.2);
@@ -195,7 +201,7 @@ fn cube_on_soft_layer_slides_like_plate() {
     let case = of("slide_plane");
     let [slope, friction] = [25.0, 22.0];
     let (thickness, stiffness, poisson) = (0.05, 1e6, 0.2);
-    let mut deck = block(Plane::Layer(thickness), [slope, friction], (Body::Rigid, 1));
+    let mut deck = block(PlaneInterface::Layer(thickness), [slope, friction], (Body::Rigid, 1));
     deck.blocks[0].body = Body::Rigid;
     deck.blocks[1].size = Some([0.7; 3]);
     deck.blocks[1].origin[2] += thickness;
@@ -221,7 +227,8 @@ fn cube_on_soft_layer_slides_like_plate() {
 fn cube_on_soft_joint_comes_to_rest() {
     let case = of("slide_plane");
     for stiffness in [1e6, 3e6] {
-        let mut deck = block(Plane::Spring(stiffness), [28.0, 30.0], (Body::Deformable, 2));
+        let mut deck =
+            block(PlaneInterface::Spring(stiffness), [28.0, 30.0], (Body::Deformable, 2));
         deck.blocks[1].size = Some([0.7; 3]);
         deck.stage =
             vec![Stage { name: "weight".to_owned(), kind: StageKind::Relax, ..Stage::default() }];
@@ -241,7 +248,7 @@ fn block_of_one_set_slides_in_plane_of_fixed_block() {
         (1e9, (Body::Deformable, "deformable")),
         (1e9, (Body::Rigid, "rigid")),
     ] {
-        let mut deck = block(Plane::Spring(stiffness), [30.0, 28.0], (body, 1));
+        let mut deck = block(PlaneInterface::Spring(stiffness), [30.0, 28.0], (body, 1));
         deck.blocks.remove(0);
         deck.blocks[0].size = Some([1.0, 1.0, 2.0]);
         deck.blocks[0].count = Some([1, 1, 2]);
@@ -262,9 +269,11 @@ fn block_of_one_set_slides_in_plane_of_fixed_block() {
 #[test]
 fn block_below_friction_limit_stays() {
     let case = of("slide_plane");
-    for (plane, duration) in
-        [(Plane::Contact(1e9), 10.0), (Plane::Spring(1e9), 10.0), (Plane::Contact(1e12), 1.0)]
-    {
+    for (plane, duration) in [
+        (PlaneInterface::Contact(1e9), 10.0),
+        (PlaneInterface::Spring(1e9), 10.0),
+        (PlaneInterface::Contact(1e12), 1.0),
+    ] {
         for (kind, name) in [BLOCKS[0], BLOCKS[2]] {
             let mut deck = block(plane, [30.0, 32.0], kind);
             deck.stage[0].duration = Some(duration);

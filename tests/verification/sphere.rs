@@ -8,12 +8,10 @@ use ddem_deck::History;
 use nalgebra::Vector3;
 
 use super::ROCK;
-use super::fem::{Formulation, Lattice, Mesh, System};
+use super::fem::{Formulation, Mesh, OracleLattice, System};
 use super::record::Tolerance::Relative;
 use super::record::{at_most, check, of};
 use super::shared::{deck, example, run, simulation};
-
-type Vec3 = Vector3<f64>;
 
 /// Size of the independent model `[m]`; farther out a point source is as good.
 const OUT: f64 = 3.5;
@@ -26,10 +24,11 @@ fn around(deck: &Deck) -> (Mesh, f64) {
     let edges = deck.blocks[0].edges.as_ref().and_then(|edges| edges.x.clone()).expect("edges");
     let cuts: Vec<f64> = edges.into_iter().take_while(|cut| *cut < OUT + 1e-9).collect();
     let (n, size) = (cuts.len() - 1, cuts[cuts.len() - 1]);
-    let mut lattice = Lattice::boxed([size; 3], [n; 3], 1, deck.joints["seam"].thickness, ROCK);
+    let mut lattice =
+        OracleLattice::boxed([size; 3], [n; 3], 1, deck.joints["seam"].thickness, ROCK);
     let ball = deck.remove[0].region.sphere.expect("a ball");
     let middle = |cell: usize| 0.5 * (cuts[cell] + cuts[cell + 1]);
-    let far = |i: &usize| Vec3::from([i % n, i / n % n, i / n / n].map(middle)).norm();
+    let far = |i: &usize| Vector3::from([i % n, i / n % n, i / n / n].map(middle)).norm();
     lattice.removed = (0..n.pow(3)).filter(|i| far(i) < ball.radius).collect();
     lattice.cuts = [0, 1, 2].map(|_| cuts.clone());
     (lattice.mesh(), size)
@@ -38,10 +37,10 @@ fn around(deck: &Deck) -> (Mesh, f64) {
 /// Forces of a pressure of 1 Pa on all faces that belong to one element only, except those on the
 /// planes of symmetry and the outer ones.
 fn pushed(mesh: &Mesh, size: f64) -> Vec<f64> {
-    let mut faces: BTreeMap<[usize; 4], (Vec3, u32)> = BTreeMap::new();
+    let mut faces: BTreeMap<[usize; 4], (Vector3<f64>, u32)> = BTreeMap::new();
     for element in &mesh.elements {
         let corners = mesh.corners(element);
-        let middle = corners.iter().sum::<Vec3>() / 8.0;
+        let middle = corners.iter().sum::<Vector3<f64>>() / 8.0;
         for face in FACES {
             let [a, b, c, d] = face.map(|i| corners[i]);
             let area = (c - a).cross(&(d - b)) / 2.0;
@@ -83,7 +82,8 @@ fn effective_radius(deck: &Deck) -> f64 {
             (0..3).for_each(|d| held[3 * node + d] = Some(times * w(node)[d]));
         }
         let reactions = system.solve(load, &held).reactions;
-        let of = |&node: &usize| Vec3::from_column_slice(&reactions[3 * node..][..3]).dot(&w(node));
+        let of =
+            |&node: &usize| Vector3::from_column_slice(&reactions[3 * node..][..3]).dot(&w(node));
         outer.iter().map(of).sum::<f64>()
     };
     let (still, alone) = (work(0.0, &pushed(&mesh, size)), work(1.0, &vec![0.0; mesh.dofs()]));
@@ -163,7 +163,7 @@ fn peaks(name: &str, step: f64) -> [f64; 2] {
     let (mut mean, mut worst, mut most) = ([0.0; 2], 0.0_f64, 0.0_f64);
     for probe in &deck.probe {
         let node = simulation.model().nearest_node(probe.at.expect("a place"));
-        let x = Vec3::from(simulation.model().point(node));
+        let x = Vector3::from(simulation.model().point(node));
         let r = x.norm();
         let exact = sharpe(a, |t| peak * at(table, t), r);
         let part = |axis: usize| {
@@ -172,7 +172,7 @@ fn peaks(name: &str, step: f64) -> [f64; 2] {
         };
         let parts = [0, 1, 2].map(part);
         let radial = |i: usize| {
-            let v = Vec3::from([0, 1, 2].map(|axis| parts[axis][i][1]));
+            let v = Vector3::from([0, 1, 2].map(|axis| parts[axis][i][1]));
             [parts[0][i][0], v.dot(&x) / r]
         };
         let found: Vec<[f64; 2]> = (0..parts[0].len()).map(radial).collect();

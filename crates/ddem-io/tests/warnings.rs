@@ -35,9 +35,9 @@ duration = 0.06
 ";
 
 #[derive(Default)]
-struct Listener(Vec<String>);
+struct WarningListener(Vec<String>);
 
-impl Observer for Listener {
+impl Observer for WarningListener {
     fn event(&mut self, event: Event<'_>) {
         if let Event::Warning(warning) = event {
             self.0.push(warning.to_string());
@@ -50,7 +50,7 @@ fn warnings(deck: &str) -> [Vec<String>; 2] {
     let (deck, source) = ddem_deck::parse(deck, "deck.toml").unwrap();
     source.check(&deck).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let mut listener = Listener::default();
+    let mut listener = WarningListener::default();
     let options = Options::new(folder.path().join("out"));
     let outcome = run(&deck, &source, &options, &mut listener).unwrap();
     assert!(matches!(outcome, Outcome::Done(_)));

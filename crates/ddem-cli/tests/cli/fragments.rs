@@ -48,12 +48,12 @@ duration = 0.02
 frames = 4
 ";
 
-type Row = Vec<String>;
+type CsvRow = Vec<String>;
 
 /// Header and rows of a table.
-fn table(desk: &Desk, name: &str) -> (Row, Vec<Row>) {
+fn table(desk: &Desk, name: &str) -> (CsvRow, Vec<CsvRow>) {
     let text = String::from_utf8(desk.read(name)).unwrap();
-    let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<Row>());
+    let mut rows = text.lines().map(|line| line.split(',').map(str::to_owned).collect::<CsvRow>());
     (rows.next().unwrap(), rows.collect())
 }
 

@@ -44,7 +44,7 @@ fn held(energy: Energy) -> f64 {
 
 /// Changes of energies and momenta, relative to the start.
 #[derive(Clone, Copy, Debug, Default)]
-struct Kept {
+struct ConservationErrors {
     /// Largest growth of the mechanical energy, and largest error of the energy balance.
     grown: f64,
     balance: f64,
@@ -57,10 +57,10 @@ struct Kept {
 }
 
 /// Continues for a time and evaluates everything every few steps.
-fn followed(simulation: &mut Simulation, time: f64, every: usize) -> Kept {
+fn followed(simulation: &mut Simulation, time: f64, every: usize) -> ConservationErrors {
     let (before, sizes) = momenta(simulation);
     let first = held(simulation.energy());
-    let mut kept = Kept::default();
+    let mut kept = ConservationErrors::default();
     for _ in 0..(time / simulation.time_step()) as usize / every {
         steps(simulation, every);
         let energy = simulation.energy();

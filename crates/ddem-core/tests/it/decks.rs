@@ -4,9 +4,9 @@ use ddem_core::{Model, Simulation};
 use ddem_deck::{
     BlockSet, BuiltDeck, Deck, Extent, Fix, Joint, JointChoice, Material, Stage, Where,
 };
-use nalgebra::{Rotation3, Unit, Vector3};
+use nalgebra::{Rotation3, Unit};
 
-pub(crate) type Vec3 = Vector3<f64>;
+pub(crate) use ddem_mesh::Vec3;
 
 pub(crate) const BOX: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 pub(crate) const OBLIQUE: [[f64; 3]; 3] = [[1.0, 0.1, 0.0], [0.3, 1.0, -0.2], [0.25, 0.2, 1.0]];

@@ -22,14 +22,14 @@ fn cited(text: &str) -> BTreeSet<String> {
     cited
 }
 
-struct Row {
+struct EquationRow {
     equations: Vec<String>,
     source: String,
     test: String,
 }
 
 /// Rows of the table at the end of `docs/method.md`.
-fn table() -> Vec<Row> {
+fn table() -> Vec<EquationRow> {
     let method = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/method.md");
     let method = std::fs::read_to_string(method).unwrap_or_else(|error| panic!("{error}"));
     let (_, table) = method
@@ -41,7 +41,11 @@ fn table() -> Vec<Row> {
         let equations = cells[0]
             .split(',')
             .filter_map(|cell| Some(cell.trim().strip_prefix('(')?.strip_suffix(')')?.to_owned()));
-        Row { equations: equations.collect(), source: cells[2].into(), test: cells[3].into() }
+        EquationRow {
+            equations: equations.collect(),
+            source: cells[2].into(),
+            test: cells[3].into(),
+        }
     })
     .collect()
 }

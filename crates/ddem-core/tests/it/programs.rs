@@ -213,9 +213,9 @@ fn relaxation_resumes_without_history_calls() {
 
 /// Dry friction as a law of the program.
 #[derive(Debug)]
-struct Friction(f64);
+struct DryFriction(f64);
 
-impl JointLaw for Friction {
+impl JointLaw for DryFriction {
     fn tension(&self) -> f64 {
         0.0
     }
@@ -381,7 +381,7 @@ fn laws_that_create_energy_or_never_fail_are_refused() {
 /// Factor of safety of a slab on a fixed one; their joint has friction of 35°.
 fn safety(deck: &Deck, function: Option<Arc<Function>>) -> f64 {
     let mut model = model(deck);
-    let set = model.set_law("seam", Arc::new(Friction(35_f64.to_radians().tan())));
+    let set = model.set_law("seam", Arc::new(DryFriction(35_f64.to_radians().tan())));
     set.unwrap_or_else(|fault| panic!("{fault}"));
     if let Some(function) = function {
         model.set_load_history(0, function).unwrap_or_else(|fault| panic!("{fault}"));
@@ -424,7 +424,7 @@ fn contacts_have_friction_of_program_law() {
     let (sine, cosine) = 30_f64.to_radians().sin_cos();
     deck.model.gravity = [9.81 * sine, 0.0, -9.81 * cosine];
     let mut model = model(&deck);
-    let set = model.set_law("seam", Arc::new(Friction(0.3)));
+    let set = model.set_law("seam", Arc::new(DryFriction(0.3)));
     set.unwrap_or_else(|fault| panic!("{fault}"));
     let mut simulation = Simulation::new(model);
     let start = simulation.start(Damping::None, TimeStep::Auto, Some(0.75));

@@ -9,7 +9,7 @@ use crate::decks::*;
 
 /// Random lattice: cuts along each edge, joint thickness for each normal, and removed cells.
 #[derive(Clone, Debug)]
-struct Sample {
+struct RandomLattice {
     cuts: [Vec<f64>; 3],
     thickness: [f64; 3],
     divisions: u32,
@@ -35,7 +35,7 @@ fn axes() -> impl Strategy<Value = [[f64; 3]; 3]> {
     prop_oneof![Just(BOX), oblique]
 }
 
-fn sample() -> impl Strategy<Value = Sample> {
+fn sample() -> impl Strategy<Value = RandomLattice> {
     let cell = || [0..4usize, 0..4usize, 0..4usize];
     (
         [cuts(), cuts(), cuts()],
@@ -51,11 +51,11 @@ fn sample() -> impl Strategy<Value = Sample> {
             // A cell can be removed only once.
             removed.sort_unstable();
             removed.dedup();
-            Sample { cuts, thickness, divisions, axes, removed, seed }
+            RandomLattice { cuts, thickness, divisions, axes, removed, seed }
         })
 }
 
-impl Sample {
+impl RandomLattice {
     fn count(&self) -> [usize; 3] {
         [0, 1, 2].map(|d| self.cuts[d].len() - 1)
     }
@@ -159,7 +159,7 @@ fn close(a: f64, b: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * b.abs()
 }
 
-fn check_volumes(sample: &Sample, model: &Model) -> Result<(), TestCaseError> {
+fn check_volumes(sample: &RandomLattice, model: &Model) -> Result<(), TestCaseError> {
     let (volumes, expected) = (model.volumes(), sample.volumes());
     let total: f64 = volumes.iter().sum();
     for kind in 0..4 {
@@ -177,7 +177,7 @@ fn check_volumes(sample: &Sample, model: &Model) -> Result<(), TestCaseError> {
 }
 
 /// Pairs face each other across the gap, and their areas add up to the area of the joint.
-fn check_faces(sample: &Sample, model: &Model) -> Result<(), TestCaseError> {
+fn check_faces(sample: &RandomLattice, model: &Model) -> Result<(), TestCaseError> {
     let units = sample.units();
     let mut pairs = 0;
     let mut volume = 0.0;

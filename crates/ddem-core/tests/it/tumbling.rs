@@ -66,7 +66,7 @@ fn eight(seed: u64, divisions: u32, gravity: f64, young: f64) -> Deck {
 
 /// Changes of the energy as fractions of it.
 #[derive(Clone, Copy, Debug, Default)]
-struct Kept {
+struct EnergyChanges {
     /// Energy left at the end.
     left: f64,
     /// Largest rise above the lowest earlier energy.
@@ -78,14 +78,14 @@ struct Kept {
 }
 
 /// Flight for a time without friction or damping, at the automatic step.
-fn fly(mut deck: Deck, time: f64) -> Kept {
+fn fly(mut deck: Deck, time: f64) -> EnergyChanges {
     deck.contact.friction = Some(0.0);
     let mut simulation = simulation(&deck);
     let start = simulation.start(Damping::None, TimeStep::Auto, None);
     start.unwrap_or_else(|error| panic!("{error}"));
     let held = |e: Energy| e.kinetic + e.strain_bodies + e.strain_joints - e.external_work;
     let first = held(simulation.energy());
-    let (mut kept, mut lowest, mut touching) = (Kept::default(), first, false);
+    let (mut kept, mut lowest, mut touching) = (EnergyChanges::default(), first, false);
     for _ in 0..(time / simulation.time_step()) as usize / 8 {
         for _ in 0..8 {
             simulation.step().unwrap_or_else(|error| panic!("{error}"));

@@ -137,9 +137,9 @@ impl Charge {
 
 impl<'de> Deserialize<'de> for Explosive {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Forms;
+        struct ExplosiveForms;
 
-        impl<'de> Visitor<'de> for Forms {
+        impl<'de> Visitor<'de> for ExplosiveForms {
             type Value = Explosive;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -158,15 +158,15 @@ impl<'de> Deserialize<'de> for Explosive {
             }
         }
 
-        deserializer.deserialize_any(Forms)
+        deserializer.deserialize_any(ExplosiveForms)
     }
 }
 
 impl<'de> Deserialize<'de> for ChargeHistory {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Forms;
+        struct ChargeHistoryForms;
 
-        impl<'de> Visitor<'de> for Forms {
+        impl<'de> Visitor<'de> for ChargeHistoryForms {
             type Value = ChargeHistory;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -185,6 +185,6 @@ impl<'de> Deserialize<'de> for ChargeHistory {
             }
         }
 
-        deserializer.deserialize_any(Forms)
+        deserializer.deserialize_any(ChargeHistoryForms)
     }
 }

@@ -30,9 +30,9 @@ macro_rules! numbers {
 
 impl<'de> Deserialize<'de> for Extent {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Forms;
+        struct ExtentForms;
 
-        impl<'de> Visitor<'de> for Forms {
+        impl<'de> Visitor<'de> for ExtentForms {
             type Value = Extent;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -58,7 +58,7 @@ impl<'de> Deserialize<'de> for Extent {
             }
         }
 
-        deserializer.deserialize_any(Forms)
+        deserializer.deserialize_any(ExtentForms)
     }
 }
 
@@ -66,7 +66,7 @@ impl<'de> Deserialize<'de> for Sheet {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
-        struct Keys {
+        struct SheetKeys {
             point: Option<[f64; 3]>,
             normal: Option<[f64; 3]>,
             dip: Option<f64>,
@@ -74,9 +74,9 @@ impl<'de> Deserialize<'de> for Sheet {
             topography: Option<FileOf<Heights>>,
         }
 
-        struct Forms;
+        struct SheetForms;
 
-        impl<'de> Visitor<'de> for Forms {
+        impl<'de> Visitor<'de> for SheetForms {
             type Value = Sheet;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -89,7 +89,7 @@ impl<'de> Deserialize<'de> for Sheet {
             numbers!(Sheet, Sheet::Level);
 
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Sheet, A::Error> {
-                let Keys { point, normal, dip, dip_direction, topography } =
+                let SheetKeys { point, normal, dip, dip_direction, topography } =
                     Deserialize::deserialize(MapAccessDeserializer::new(map))?;
                 let plane = normal.is_some() || dip.is_some() || dip_direction.is_some();
                 match (point, topography) {
@@ -105,7 +105,7 @@ impl<'de> Deserialize<'de> for Sheet {
             }
         }
 
-        deserializer.deserialize_any(Forms)
+        deserializer.deserialize_any(SheetForms)
     }
 }
 
@@ -119,9 +119,9 @@ impl<'de> Deserialize<'de> for JointChoice {
             z: Option<String>,
         }
 
-        struct Forms;
+        struct JointChoiceForms;
 
-        impl<'de> Visitor<'de> for Forms {
+        impl<'de> Visitor<'de> for JointChoiceForms {
             type Value = JointChoice;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -142,7 +142,7 @@ impl<'de> Deserialize<'de> for JointChoice {
             }
         }
 
-        deserializer.deserialize_any(Forms)
+        deserializer.deserialize_any(JointChoiceForms)
     }
 }
 
@@ -150,9 +150,9 @@ impl<'de> Deserialize<'de> for JointChoice {
 pub(super) fn time_step<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Option<TimeStep>, D::Error> {
-    struct Forms;
+    struct TimeStepForms;
 
-    impl Visitor<'_> for Forms {
+    impl Visitor<'_> for TimeStepForms {
         type Value = TimeStep;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -169,7 +169,7 @@ pub(super) fn time_step<'de, D: Deserializer<'de>>(
         }
     }
 
-    deserializer.deserialize_any(Forms).map(Some)
+    deserializer.deserialize_any(TimeStepForms).map(Some)
 }
 
 /// Optional factor in time.
@@ -185,16 +185,16 @@ pub(super) fn damping<'de, D: Deserializer<'de>>(
 ) -> Result<Option<Damping>, D::Error> {
     #[derive(Deserialize)]
     #[serde(field_identifier, rename_all = "lowercase")]
-    enum Key {
+    enum DampingKey {
         Ratio,
         Mass,
         Stiffness,
         Local,
     }
 
-    struct Forms;
+    struct DampingForms;
 
-    impl<'de> Visitor<'de> for Forms {
+    impl<'de> Visitor<'de> for DampingForms {
         type Value = Damping;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -215,32 +215,32 @@ pub(super) fn damping<'de, D: Deserializer<'de>>(
             only_entry(map, &self, |map, key| {
                 let number = map.next_value()?;
                 Ok(match key {
-                    Key::Ratio => Damping::Ratio(number),
-                    Key::Mass => Damping::Mass(number),
-                    Key::Stiffness => Damping::Stiffness(number),
-                    Key::Local => Damping::Local(number),
+                    DampingKey::Ratio => Damping::Ratio(number),
+                    DampingKey::Mass => Damping::Mass(number),
+                    DampingKey::Stiffness => Damping::Stiffness(number),
+                    DampingKey::Local => Damping::Local(number),
                 })
             })
         }
     }
 
-    deserializer.deserialize_any(Forms).map(Some)
+    deserializer.deserialize_any(DampingForms).map(Some)
 }
 
 /// Factor in time, by its kind.
 pub(super) fn history<'de, D: Deserializer<'de>>(deserializer: D) -> Result<History, D::Error> {
     #[derive(Deserialize)]
     #[serde(field_identifier, rename_all = "lowercase")]
-    enum Key {
+    enum HistoryKey {
         Ramp,
         Table,
         Duvall,
         Triangle,
     }
 
-    struct Forms;
+    struct HistoryForms;
 
-    impl<'de> Visitor<'de> for Forms {
+    impl<'de> Visitor<'de> for HistoryForms {
         type Value = History;
 
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -253,16 +253,16 @@ pub(super) fn history<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Hist
         fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<History, A::Error> {
             only_entry(map, &self, |map, key| {
                 Ok(match key {
-                    Key::Ramp => History::Ramp(map.next_value()?),
-                    Key::Table => History::Table(map.next_value()?),
-                    Key::Duvall => History::Duvall(map.next_value()?),
-                    Key::Triangle => History::Triangle(map.next_value()?),
+                    HistoryKey::Ramp => History::Ramp(map.next_value()?),
+                    HistoryKey::Table => History::Table(map.next_value()?),
+                    HistoryKey::Duvall => History::Duvall(map.next_value()?),
+                    HistoryKey::Triangle => History::Triangle(map.next_value()?),
                 })
             })
         }
     }
 
-    deserializer.deserialize_any(Forms)
+    deserializer.deserialize_any(HistoryForms)
 }
 
 /// Entry of a table that must have exactly one.

@@ -9,14 +9,14 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use key::Key;
+use key::DeckKey;
 
 fn json_schema() -> Value {
     ddem_deck::json_schema()
 }
 
 /// Keys of a table in the order of its struct, without those that are refused.
-fn keys(table: &str) -> Vec<Key> {
+fn keys(table: &str) -> Vec<DeckKey> {
     let schema = json_schema();
     let definition = if table == "Deck" { &schema } else { &schema["$defs"][table] };
     let required: Vec<&str> =
@@ -27,14 +27,15 @@ fn keys(table: &str) -> Vec<Key> {
     };
     all.iter()
         .filter(|(name, schema)| is_allowed(schema) && (table != "Deck" || *name == "title"))
-        .map(|(name, schema)| Key::new(name, schema, required.contains(&name.as_str())))
+        .map(|(name, schema)| DeckKey::new(name, schema, required.contains(&name.as_str())))
         .collect()
 }
 
 /// Keys of a table, or of one kind of stage, as in `Stage relax`.
-fn keys_of(words: &str) -> Vec<Key> {
+fn keys_of(words: &str) -> Vec<DeckKey> {
     let Some((table, kind)) = words.split_once(' ') else { return keys(words) };
-    let mut own: Vec<Key> = keys(table).into_iter().filter_map(|key| key.of_kind(kind)).collect();
+    let mut own: Vec<DeckKey> =
+        keys(table).into_iter().filter_map(|key| key.of_kind(kind)).collect();
     // Arguments that are needed come first.
     own.sort_by_key(|key| key.optional);
     own
@@ -81,7 +82,8 @@ fn deck_page_tables_match_schema() {
     let page = std::fs::read_to_string(root().join(path)).unwrap();
     let table = |words: &str, _: &str| {
         let (table, prefix) = words.split_once(' ').unwrap_or((words, ""));
-        let mut text = String::from("\n| Key | Meaning | Unit | Default |\n|---|---|---|---|\n");
+        let mut text =
+            String::from("\n| DeckKey | Meaning | Unit | Default |\n|---|---|---|---|\n");
         keys(table).iter().for_each(|key| text += &(key.row(prefix) + "\n"));
         text + "\n"
     };
@@ -95,10 +97,10 @@ fn deck_page_tables_match_schema() {
 }
 
 /// Words that a key may have.
-fn words_of(definition: &str) -> Vec<Key> {
+fn words_of(definition: &str) -> Vec<DeckKey> {
     let schema = json_schema();
     let all = schema["$defs"][definition]["oneOf"].as_array().into_iter().flatten();
-    let word = |one: &Value| Key::new(&one["const"].to_string(), one, true);
+    let word = |one: &Value| DeckKey::new(&one["const"].to_string(), one, true);
     all.map(word).collect()
 }
 
@@ -119,18 +121,18 @@ fn deck_page_states_defaults_in_tables_only() {
 fn arguments(words: &str, indent: &str) -> String {
     let (words, only) = words.split_once(" only ").unwrap_or((words, ""));
     let (table, but) = words.split_once(" but ").unwrap_or((words, ""));
-    let own = |key: &&Key| {
+    let own = |key: &&DeckKey| {
         let in_list = |list: &str| list.split(' ').any(|name| name == key.name);
         let own = !["where", "from", "until"].contains(&key.name.as_str());
         own && !in_list(but) && (only.is_empty() || in_list(only))
     };
-    let line = |key: &Key| format!("{indent}{}\n", key.argument());
+    let line = |key: &DeckKey| format!("{indent}{}\n", key.argument());
     keys_of(table).iter().filter(own).map(line).collect()
 }
 
 /// Parameters of a docstring.
-fn parameters(keys: &[Key]) -> String {
-    keys.iter().map(Key::parameter).collect::<Vec<_>>().join("\n")
+fn parameters(keys: &[DeckKey]) -> String {
+    keys.iter().map(DeckKey::parameter).collect::<Vec<_>>().join("\n")
 }
 
 /// Arguments of the compiled part, and arguments and parameters of the search for a factor of
@@ -155,7 +157,7 @@ fn python_stubs_match_schema() {
 /// Parameters of the methods of models and simulations, which sources of `ddem-py` include.
 #[test]
 fn python_docstrings_match_schema() {
-    let file = |name: &str, keys: &[Key], end: &str| {
+    let file = |name: &str, keys: &[DeckKey], end: &str| {
         let text = format!("Parameters\n----------\n{}{end}", parameters(keys));
         expect(&format!("crates/ddem-py/src/keys/{name}.txt"), &text);
     };

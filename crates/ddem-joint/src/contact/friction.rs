@@ -14,14 +14,14 @@ use serde::{Deserialize, Serialize};
 use ddem_mechanics::law::{JointLaw, Laws};
 
 /// Numbers of a face's previous and present law, between which strengths are interpolated.
-type Numbers = [u16; 2];
+type LawNumbers = [u16; 2];
 
 /// Friction of a face from its joint; for an edge, the mean of the two adjacent faces.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FaceFriction {
     /// Tangent of the friction angle, if it is the same at all pressures.
     pub(super) tan: Option<f64>,
-    laws: [Option<Numbers>; 2],
+    laws: [Option<LawNumbers>; 2],
 }
 
 impl FaceFriction {
@@ -66,7 +66,7 @@ pub enum Friction {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WeakerStrength {
     /// Laws of the faces of each block: one, or two at an edge.
-    sides: [[Option<Numbers>; 2]; 2],
+    sides: [[Option<LawNumbers>; 2]; 2],
     /// Fraction of the way from the previous laws to the present ones.
     fraction: f64,
     /// Ratio of the point areas to the areas on which the faces press. It is set for the points in
@@ -152,7 +152,7 @@ impl WeakerStrength {
             let strength = |law: &dyn JointLaw| law.contact_strength(normal * self.stretch);
             law.map_or(f64::NAN, |law| strength(law) / self.stretch)
         };
-        let of_face = |[before, now]: Numbers| {
+        let of_face = |[before, now]: LawNumbers| {
             let new = strength_of(now);
             if before == now {
                 return new;
@@ -160,7 +160,7 @@ impl WeakerStrength {
             let old = strength_of(before);
             old + (new - old) * self.fraction
         };
-        let of_side = |side: &[Option<Numbers>; 2]| match side.map(|face| face.map(of_face)) {
+        let of_side = |side: &[Option<LawNumbers>; 2]| match side.map(|face| face.map(of_face)) {
             [Some(a), Some(b)] => Some(0.5 * (a + b)),
             [a, b] => a.or(b),
         };

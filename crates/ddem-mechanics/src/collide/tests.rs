@@ -7,12 +7,10 @@ use super::separation::{
     ContactFeature, EdgeId, FaceId, Parallelepiped, Separation, distance_along, separation,
 };
 
-type Vec3 = Vector3<f64>;
-
 /// Reproducible pseudorandom numbers in [0, 1).
-pub(super) struct Numbers(pub(super) u64);
+pub(super) struct SplitMix(pub(super) u64);
 
-impl Numbers {
+impl SplitMix {
     pub(super) fn next(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -25,14 +23,14 @@ impl Numbers {
         most * (2.0 * self.next() - 1.0)
     }
 
-    fn vector(&mut self, most: f64) -> Vec3 {
-        Vec3::new(self.within(most), self.within(most), self.within(most))
+    fn vector(&mut self, most: f64) -> Vector3<f64> {
+        Vector3::new(self.within(most), self.within(most), self.within(most))
     }
 
     /// Rotated and sheared box.
     fn cell(&mut self, spread: f64) -> Parallelepiped {
         let turn = Rotation3::from_scaled_axis(self.vector(3.0));
-        let half = [Vec3::x(), Vec3::y(), Vec3::z()]
+        let half = [Vector3::x(), Vector3::y(), Vector3::z()]
             .map(|axis| turn * (axis * (0.3 + self.next()) + self.vector(0.1)));
         Parallelepiped { centre: self.vector(spread), half }
     }
@@ -41,7 +39,7 @@ impl Numbers {
 fn cube(centre: [f64; 3]) -> Parallelepiped {
     Parallelepiped {
         centre: centre.into(),
-        half: [Vec3::x() * 0.5, Vec3::y() * 0.5, Vec3::z() * 0.5],
+        half: [Vector3::x() * 0.5, Vector3::y() * 0.5, Vector3::z() * 0.5],
     }
 }
 
@@ -62,7 +60,7 @@ fn check(
 ) {
     let found = separation(a, b);
     assert!(close(found.distance, distance), "{found:?}");
-    assert!((found.normal - Vec3::from(normal)).norm() < 1e-12, "{found:?}");
+    assert!((found.normal - Vector3::from(normal)).norm() < 1e-12, "{found:?}");
     assert_eq!(found.feature, feature);
     assert!(close(distance_along(a, b, &found.normal), distance));
 }
@@ -85,8 +83,8 @@ fn aligned_cubes_meet_at_faces() {
 #[test]
 fn corner_meets_face() {
     // Rotation of the diagonal of a cube to the vertical.
-    let diagonal = Vec3::new(1.0, 1.0, 1.0);
-    let turn = Rotation3::rotation_between(&diagonal, &Vec3::z()).unwrap_or_default();
+    let diagonal = Vector3::new(1.0, 1.0, 1.0);
+    let turn = Rotation3::rotation_between(&diagonal, &Vector3::z()).unwrap_or_default();
     let height = 0.5 + 0.75_f64.sqrt();
     for distance in [0.1, -0.1] {
         let (low, high) = (cube([0.0; 3]), turned([0.0, 0.0, height + distance], turn));
@@ -100,9 +98,9 @@ fn corner_meets_face() {
 #[test]
 fn crossed_edges_meet() {
     let quarter = std::f64::consts::FRAC_PI_4;
-    let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vec3::x_axis(), quarter));
+    let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vector3::x_axis(), quarter));
     for distance in [0.05, -0.05] {
-        let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), quarter);
+        let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), quarter);
         let high = turned([0.1, 0.2, SQRT_2 + distance], turn);
         let edges = [
             EdgeId { direction: 0, upper: [true, true] },
@@ -116,28 +114,28 @@ fn crossed_edges_meet() {
 
 #[test]
 fn nearly_parallel_faces_meet_as_faces() {
-    let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vec3::x_axis(), 0.05));
-    let turn = Rotation3::from_axis_angle(&Vec3::y_axis(), 0.05);
+    let low = turned([0.0; 3], Rotation3::from_axis_angle(&Vector3::x_axis(), 0.05));
+    let turn = Rotation3::from_axis_angle(&Vector3::y_axis(), 0.05);
     let found = separation(&low, &turned([0.9, 0.9, 0.97], turn));
     assert!(matches!(found.feature, ContactFeature::Face { .. }), "{found:?}");
 }
 
 /// Distance along the unit vector of an axis, from the corners of both cells.
-fn by_corners(a: &Parallelepiped, b: &Parallelepiped, axis: &Vec3) -> f64 {
+fn by_corners(a: &Parallelepiped, b: &Parallelepiped, axis: &Vector3<f64>) -> f64 {
     let axis = if axis.dot(&(b.centre - a.centre)) < 0.0 { -axis } else { *axis };
     let most = corners(a).map(|x| x.dot(&axis)).into_iter().fold(f64::MIN, f64::max);
     let least = corners(b).map(|x| x.dot(&axis)).into_iter().fold(f64::MAX, f64::min);
     (least - most) / axis.norm()
 }
 
-fn corners(cell: &Parallelepiped) -> [Vec3; 8] {
+fn corners(cell: &Parallelepiped) -> [Vector3<f64>; 8] {
     let sign = |i: usize, d: usize| if i >> d & 1 == 1 { 1.0 } else { -1.0 };
     [0, 1, 2, 3, 4, 5, 6, 7]
-        .map(|i| cell.centre + (0..3).map(|d| cell.half[d] * sign(i, d)).sum::<Vec3>())
+        .map(|i| cell.centre + (0..3).map(|d| cell.half[d] * sign(i, d)).sum::<Vector3<f64>>())
 }
 
 /// Outward normals of the upper faces.
-fn normals(cell: &Parallelepiped) -> [Vec3; 3] {
+fn normals(cell: &Parallelepiped) -> [Vector3<f64>; 3] {
     [0, 1, 2].map(|d| {
         let normal = cell.half[(d + 1) % 3].cross(&cell.half[(d + 2) % 3]).normalize();
         if normal.dot(&cell.half[d]) < 0.0 { -normal } else { normal }
@@ -148,7 +146,7 @@ fn normals(cell: &Parallelepiped) -> [Vec3; 3] {
 /// without the rules for edges. If the best axis across edges is close to the normal of the best
 /// face, the normal is the axis to find.
 fn by_axes(a: &Parallelepiped, b: &Parallelepiped) -> [f64; 2] {
-    let (mut best, mut normal) = (f64::MIN, Vec3::zeros());
+    let (mut best, mut normal) = (f64::MIN, Vector3::zeros());
     for axis in normals(a).into_iter().chain(normals(b)) {
         let distance = by_corners(a, b, &axis);
         if distance > best {
@@ -171,11 +169,11 @@ fn by_axes(a: &Parallelepiped, b: &Parallelepiped) -> [f64; 2] {
 
 /// Checks that the features in contact lie farthest along the normal.
 fn check_meeting(a: &Parallelepiped, b: &Parallelepiped, found: &Separation) {
-    let farthest = |cell: &Parallelepiped, axis: Vec3, at: Vec3| {
+    let farthest = |cell: &Parallelepiped, axis: Vector3<f64>, at: Vector3<f64>| {
         let most = corners(cell).map(|x| x.dot(&axis)).into_iter().fold(f64::MIN, f64::max);
         assert!((at.dot(&axis) - most).abs() < 1e-12, "{found:?}");
     };
-    let signed = |half: Vec3, upper: bool| if upper { half } else { -half };
+    let signed = |half: Vector3<f64>, upper: bool| if upper { half } else { -half };
     match found.feature {
         ContactFeature::Face { of, face, other } => {
             let (one, two) = if of == 0 { (a, b) } else { (b, a) };
@@ -206,8 +204,9 @@ fn check_meeting(a: &Parallelepiped, b: &Parallelepiped, found: &Separation) {
 
 #[test]
 fn distances_match_corners_and_sampled_directions() {
-    let mut numbers = Numbers(1);
-    let directions: Vec<Vec3> = (0..2000).map(|_| numbers.vector(1.0).normalize()).collect();
+    let mut numbers = SplitMix(1);
+    let directions: Vec<Vector3<f64>> =
+        (0..2000).map(|_| numbers.vector(1.0).normalize()).collect();
     let mut of_edges = 0;
     for _ in 0..1000 {
         let (a, b) = (numbers.cell(1.0), numbers.cell(1.0));
@@ -230,11 +229,11 @@ fn distances_match_corners_and_sampled_directions() {
 #[test]
 fn degenerate_cells_have_answers() {
     let sound = |found: &Separation| found.distance.is_finite() && close(found.normal.norm(), 1.0);
-    let mut numbers = Numbers(2);
-    let blocks = |numbers: &mut Numbers| {
+    let mut numbers = SplitMix(2);
+    let blocks = |numbers: &mut SplitMix| {
         let whole = numbers.cell(1.0);
         let [x, y, z] = whole.half;
-        let o = Vec3::zeros();
+        let o = Vector3::zeros();
         let shapes = [[x, y, z], [x, y, o], [x, o, z], [x, o, o], [o; 3], [x, x, y], [y, x, z]];
         shapes.map(|half| Parallelepiped { half, ..whole })
     };
@@ -262,7 +261,7 @@ fn degenerate_cells_have_answers() {
 
 #[test]
 fn closest_points_of_edges_are_exact() {
-    let v = |x: f64, y: f64, z: f64| Vec3::new(x, y, z);
+    let v = |x: f64, y: f64, z: f64| Vector3::new(x, y, z);
     let a = [v(0.0, 0.0, 0.0), v(4.0, 0.0, 0.0)];
     // Crossed; beyond an end of a; beyond an end of b; beyond an end of each.
     assert_eq!(nearest(a, [v(1.0, -1.0, 1.0), v(1.0, 3.0, 1.0)]), [0.25, 0.25]);
@@ -283,7 +282,7 @@ fn closest_points_of_edges_are_exact() {
 
 #[test]
 fn closest_points_of_random_edges_match_sampling() {
-    let mut numbers = Numbers(7);
+    let mut numbers = SplitMix(7);
     for case in 0..2000 {
         let mut a = [numbers.vector(1.0), numbers.vector(1.0)];
         let mut b = [numbers.vector(1.0), numbers.vector(1.0)];

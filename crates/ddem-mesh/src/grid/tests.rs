@@ -3,9 +3,9 @@ use nalgebra::Vector3;
 use super::{Bounds, overlapping_pairs};
 
 /// Reproducible pseudorandom numbers in [0, 1).
-struct Numbers(u64);
+struct CongruentialNumbers(u64);
 
-impl Numbers {
+impl CongruentialNumbers {
     fn next(&mut self) -> f64 {
         self.0 =
             self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -48,7 +48,7 @@ fn check(boxes: &[Bounds]) {
 
 #[test]
 fn random_box_pairs_match_brute_force() {
-    let mut numbers = Numbers(1);
+    let mut numbers = CongruentialNumbers(1);
     for round in 0..30 {
         let spread = [1.0, 5.0, 20.0][round % 3];
         // Boxes of one size, of many sizes, flat, long, and points.
@@ -83,7 +83,7 @@ fn touching_lattice_cubes_match_brute_force() {
 
 #[test]
 fn extreme_boxes_match_brute_force() {
-    let mut numbers = Numbers(2);
+    let mut numbers = CongruentialNumbers(2);
     let mut boxes = numbers.boxes(200, 5.0, |_| [1.0; 3]);
     let cube = |at: f64, size: f64| [Vector3::repeat(at), Vector3::repeat(at + size)];
     // Far away, and at cells that share a key with those here.
@@ -107,7 +107,7 @@ fn extreme_boxes_match_brute_force() {
 /// Neither distant nor large boxes fill the memory or take long.
 #[test]
 fn distant_and_large_boxes_stay_cheap() {
-    let mut numbers = Numbers(3);
+    let mut numbers = CongruentialNumbers(3);
     let mut boxes = numbers.boxes(50_000, 40.0, |_| [1.0; 3]);
     boxes.push([Vector3::repeat(1e9), Vector3::repeat(1e9 + 1.0)]);
     boxes.push([Vector3::new(-10.0, -10.0, -1.0), Vector3::new(50.0, 50.0, 0.5)]);

@@ -8,7 +8,7 @@ use super::json_schema;
 use crate::python;
 
 /// Key of a table, from its description in the schema.
-pub(super) struct Key {
+pub(super) struct DeckKey {
     pub(super) name: String,
     meaning: String,
     unit: Option<String>,
@@ -18,7 +18,7 @@ pub(super) struct Key {
     pub(super) optional: bool,
 }
 
-impl Key {
+impl DeckKey {
     /// Splits "Meaning `[unit]`; default value." or "…; needed if … .".
     pub(super) fn new(name: &str, schema: &Value, required: bool) -> Self {
         let text =

@@ -1,12 +1,12 @@
 use std::f64::consts::SQRT_2;
 
 use super::{Point, bilinear, overlap, weights};
-use crate::collide::tests::{Numbers, close};
+use crate::collide::tests::{SplitMix, close};
 
 const SQUARE: [Point; 4] = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
 
 /// Convex quadrilateral of about unit size.
-fn any_quad(numbers: &mut Numbers) -> [Point; 4] {
+fn any_quad(numbers: &mut SplitMix) -> [Point; 4] {
     let (sine, cosine) = numbers.within(4.0).sin_cos();
     let (centre, aspect) = ([numbers.within(0.7), numbers.within(0.7)], 0.3 + numbers.next());
     let quad = [[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]].map(|[x, y]| {
@@ -76,7 +76,7 @@ fn degenerate_quadrilaterals_have_no_area() {
     assert!(close(overlap(&SQUARE, &triangle).area(), 2.0));
     // Nonconvex or self-crossing quadrilaterals may give any result, but no panic and no negative
     // area.
-    let mut numbers = Numbers(3);
+    let mut numbers = SplitMix(3);
     for _ in 0..10_000 {
         let mut wild = || [0; 4].map(|_| [numbers.within(1.0), numbers.within(1.0)]);
         let part = overlap(&wild(), &wild());
@@ -99,7 +99,7 @@ fn inside(quad: &[Point; 4], at: Point) -> bool {
 
 #[test]
 fn random_overlaps_are_symmetric_and_consistent() {
-    let mut numbers = Numbers(4);
+    let mut numbers = SplitMix(4);
     let mut counts = [0; 9];
     for case in 0..20_000 {
         let (quad, outline) = (any_quad(&mut numbers), any_quad(&mut numbers));
@@ -143,7 +143,7 @@ fn check_moments(quad: &[Point; 4], outline: &[Point; 4]) {
 /// Sums of linear functions equal those from the formulas for area and centroid of the polygon.
 #[test]
 fn areas_are_exact_for_linear_functions() {
-    let mut numbers = Numbers(5);
+    let mut numbers = SplitMix(5);
     for _ in 0..5000 {
         let part = overlap(&any_quad(&mut numbers), &any_quad(&mut numbers));
         let vertices = part.as_slice();
@@ -199,7 +199,7 @@ fn corner_shares_are_continuous() {
 #[test]
 fn bilinear_coordinates_are_recovered() {
     assert_eq!(weights([0.0, 1.0]), [0.0, 0.0, 0.0, 1.0]);
-    let mut numbers = Numbers(6);
+    let mut numbers = SplitMix(6);
     for _ in 0..5000 {
         let quad = any_quad(&mut numbers);
         let on = [numbers.next() * 1.2 - 0.1, numbers.next() * 1.2 - 0.1];
