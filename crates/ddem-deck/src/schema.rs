@@ -34,6 +34,7 @@ pub use blocks::{
 pub(crate) use charge::EXPLOSIVES;
 pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use conditions::{Boundary, BoundaryKind, Fix, Gradient, Initial, Load, Probe, Quantity};
+pub(crate) use contact::CRITICAL;
 pub use contact::ContactTable;
 pub use files::{FileIn, FileOf, Heights, Triangles};
 pub(crate) use keys::kinds;

@@ -116,7 +116,7 @@ impl Default for SafetySearch {
             bracket: [0.5, 4.0],
             resolution: 0.005,
             joints: None,
-            limit: 0.02,
+            limit: Self::LIMIT,
             tolerance: 1e-5,
             max_steps: 200_000,
         }
@@ -124,6 +124,10 @@ impl Default for SafetySearch {
 }
 
 impl SafetySearch {
+    /// Default of `limit`, which applies to relax and dynamic stages, too: motion, as a fraction of
+    /// an edge, beyond that of blocks that settle.
+    pub const LIMIT: f64 = 0.02;
+
     /// Faults of the search, by key. `can_fail` tells if a joint can fail; it returns `None` for an
     /// unknown name.
     pub fn check(&self, can_fail: &dyn Fn(&str) -> Option<bool>) -> Vec<Fault> {

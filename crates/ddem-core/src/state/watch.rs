@@ -10,6 +10,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
+use crate::model::stage::SafetySearch;
+
 /// Number of steps between two samples.
 pub(super) const SAMPLE_INTERVAL: u64 = 200;
 /// Least number of steps from an event to a verdict.
@@ -25,7 +27,7 @@ const KEPT_IMBALANCE: f64 = 0.8;
 /// second half. Friction reduces the path of blocks that slide to rest by more than this.
 const STEADY_PATH: f64 = 1.0 - 1e-4;
 /// Motion, as a fraction of an edge, beyond that of blocks that settle.
-pub(crate) const FAR: f64 = 0.02;
+pub(crate) const FAR: f64 = SafetySearch::LIMIT;
 /// Motion, as a fraction of an edge, at which a dynamic stage ends before its duration. Blocks that
 /// settle on soft joints move far.
 const FALLEN_AWAY: f64 = 0.5;

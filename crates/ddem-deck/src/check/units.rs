@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use crate::lint::{Code, Diagnostic};
 use crate::schema::decimal::shifted;
 use crate::schema::names::segment;
-use crate::schema::{BlockSet, Damping, Deck, History, Joint, Material};
+use crate::schema::{BlockSet, CRITICAL, Damping, Deck, History, Joint, Material};
 
 /// Moduli below this are those of jelly `[Pa]`.
 const SOFTEST: f64 = 1e5;
@@ -21,8 +21,6 @@ const WEAKEST: f64 = 1e3;
 const SLACKEST: f64 = 1e5;
 /// Blocks whose shortest edge is longer than this are larger than any in rock engineering `[m]`.
 const LONGEST: f64 = 300.0;
-/// Restitution of critical damping, the smallest that a dashpot that never pulls can give.
-const CRITICAL: f64 = 0.135;
 
 fn suspicious(at: impl Into<String>, message: String, help: String) -> Diagnostic {
     Diagnostic::warning(Code::SuspiciousUnit, at, message, help)
@@ -63,9 +61,10 @@ pub(super) fn units(deck: &Deck) -> Vec<Diagnostic> {
     }
     let contact = &deck.contact;
     warnings.extend(contact.friction.and_then(|angle| coefficient("contact", "friction", angle)));
-    warnings.extend(contact.restitution.filter(|part| *part < CRITICAL).map(|part| {
+    let least = (1e3 * CRITICAL).floor() / 1e3;
+    warnings.extend(contact.restitution.filter(|part| *part < least).map(|part| {
         let message =
-            format!("a `restitution` below {CRITICAL} is not possible; {part} gives {CRITICAL}");
+            format!("a `restitution` below {least} is not possible; {part} gives {least}");
         let help = "a stage with `damping = { local = 0.8 }` brings blocks to rest";
         Diagnostic::warning(Code::InfeasibleRestitution, "contact.restitution", message, help)
     }));

@@ -7,7 +7,7 @@ use super::{Deck, Joint};
 use ddem_core::problem::DAMPING;
 
 /// Restitution with critical damping if spring and dashpot together never pull, exp(−2).
-const CRITICAL: f64 = 0.135_335_283_236_612_7;
+pub(crate) const CRITICAL: f64 = 0.135_335_283_236_612_7;
 
 /// Properties of contacts between blocks without a joint (docs/method.md, §9). Omitted stiffness
 /// and friction are those of the two faces in contact.
@@ -66,7 +66,7 @@ impl ContactTable {
 
 impl Deck {
     /// Damping of contacts, failed pairs and the blocks around them, as a fraction of critical:
-    /// that of `contact`, or 0.2. It does not act while waves of charges cross the model.
+    /// that of `contact`, or its default. It does not act while waves of charges cross the model.
     #[must_use]
     pub fn damping_ratio(&self) -> f64 {
         self.contact.damping_ratio().unwrap_or(DAMPING)

@@ -1,5 +1,6 @@
 //! Warnings during a run.
 
+use ddem_core::problem::DAMPING;
 use ddem_core::{ChargeState, Energy, Simulation};
 use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Damping, Deck, Stage, StageKind};
@@ -56,7 +57,8 @@ pub(super) fn undamped_sliding(
     (!rigid && energy.friction - begun.friction > SLID * most).then(|| {
         let message =
             "deformable blocks slid without damping: they vibrate, which reduces their friction";
-        let help = "check whether `damping = 0.2` in `[contact]` changes the result";
+        let help =
+            format!("check whether `damping = {DAMPING}` in `[contact]` changes the result");
         Diagnostic::warning(Code::UndampedSliding, "contact.damping", message, help)
     })
 }
