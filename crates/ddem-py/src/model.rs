@@ -22,17 +22,10 @@ use crate::worker::Pool;
 /// A model: blocks, joints, supports and loads, as a deck has them.
 ///
 /// Keywords are the keys of the deck (docs/deck.md) and checked by its rules. In place of
-/// `where = {...}` its keys are given: `x`, `y`, `z` as a number (a plane) or `(from, to)`,
-/// `sphere={"centre": ..., "radius": ...}`, `cylinder={"from": ..., "to": ..., "radius": ...}`,
-/// `plane={"point": ..., "normal": ...}`, or `dip` and `dip_direction` instead of the normal, `above` and
-/// `below` a level z, such a plane or `{"topography": "heights.csv"}`, `inside="surface.stl"`,
-/// `side="z+"` of a set, joints by `dip`, `dip_direction` and `within`, and `set="name"`. Paths of files are
-/// relative to the current directory. The key `from` is `from_`.
+/// `where = {...}` its keys are given, those of :meth:`Simulation.nodes`. Paths of files are relative
+/// to the current directory. The key `from` is `from_`.
 ///
 #[doc = include_str!("keys/ModelTable.txt")]
-/// title : str, optional
-///     Title of the results.
-///
 /// Raises
 /// ------
 /// ModelError

@@ -181,24 +181,7 @@ impl PySimulation {
 
     /// Nodes that are selected, in order.
     ///
-    /// Parameters
-    /// ----------
-    /// x, y, z : float or (float, float), optional
-    ///     A plane or a range [m].
-    /// sphere, cylinder : dict, optional
-    ///     ``{"centre": ..., "radius": ...}``.
-    /// plane, above, below : dict, optional
-    ///     ``{"point": ..., "normal": ...}``, or `dip` and `dip_direction` instead of the normal; `above` and
-    ///     `below` also a level z [m] or ``{"topography": "heights.csv"}``.
-    /// inside : path, optional
-    ///     STL file of a closed surface.
-    /// side : {"x-", "x+", "y-", "y+", "z-", "z+"}, optional
-    ///     Side of a set of blocks.
-    /// dip, dip_direction, within : float, optional
-    ///     Nodes of joints and outer faces of this orientation, within an angle [degrees].
-    /// set : str, optional
-    ///     Name of a set of blocks.
-    ///
+    #[doc = include_str!("keys/Where.txt")]
     /// Returns
     /// -------
     /// array of int

@@ -167,6 +167,12 @@ def calls() -> list[tuple[str, str]]:
     return [(name, arguments) for name, arguments in rows if name in signatures()]
 
 
+def keys_of_decks() -> set[str]:
+    """Keys of all tables of a deck."""
+    tables = ddem.schema()["$defs"].values()
+    return {key for table in tables for key in table.get("properties", ())} | {"title"}
+
+
 @pytest.mark.parametrize(("name", "written"), calls())
 def test_python_page_matches_signatures(name: str, written: str) -> None:
     known = signatures()[name]
@@ -175,8 +181,10 @@ def test_python_page_matches_signatures(name: str, written: str) -> None:
     named = [word for word in words if word not in others]
     for argument, equal, default in (word.partition("=") for word in named):
         assert argument in known, argument
+        value = known[argument]
+        # Keys of a deck have their defaults in docs/deck.md.
+        assert equal or value is None or argument in keys_of_decks(), f"{argument} has a default"
         if equal:
-            value = known[argument]
             assert value is not None, argument
             assert ast.literal_eval(value) == ast.literal_eval(default), argument
     if "..." not in words:

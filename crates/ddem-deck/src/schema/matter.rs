@@ -74,12 +74,12 @@ pub struct Joint {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("default" = f64::default()))]
     pub residual_cohesion: Option<f64>,
-    /// Friction angle φ_r after failure, not above `friction`; needed with `jrc` `[degrees]`;
-    /// default `friction`.
+    /// Friction angle φ_r after failure, not above `friction`, or 70 with `jrc`, which needs it
+    /// `[degrees]`; default `friction`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_friction: Option<f64>,
-    /// Dilation angle ψ, not above `friction`: sliding by s opens a failed joint by s tan ψ
-    /// `[degrees]`; default 0.
+    /// Dilation angle ψ, not above `friction`, or 70 with `jrc`: sliding by s opens a failed joint
+    /// by s tan ψ `[degrees]`; default 0.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("default" = f64::default()))]
     pub dilation: Option<f64>,

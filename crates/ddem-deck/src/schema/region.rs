@@ -37,8 +37,8 @@ pub struct Where {
     /// Half-space below a level z, a plane, or a topography; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<Sheet>,
-    /// Inside of the closed surface of an STL file, whose path is relative to the deck; default
-    /// none.
+    /// Inside of the closed surface of an STL file, whose path is relative to the folder of the
+    /// deck; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inside: Option<FileOf<Triangles>>,
     /// Side of a set along its own edges, `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"` or `"z+"`; default
@@ -128,13 +128,14 @@ pub struct Cylinder {
 pub struct Plane {
     /// A point on it `[m]`.
     pub point: [f64; 3],
-    /// Its normal, of any length.
+    /// Its normal, of any length; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<[f64; 3]>,
-    /// Angle below the horizontal of its steepest line, from 0 to 90 `[degrees]`.
+    /// Angle below the horizontal of its steepest line, from 0 to 90 `[degrees]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dip: Option<f64>,
-    /// Direction in which that line goes down, clockwise from north, y, from 0 to 360 `[degrees]`.
+    /// Direction in which that line goes down, clockwise from north, y, from 0 to 360 `[degrees]`;
+    /// default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub dip_direction: Option<f64>,
 }
@@ -160,7 +161,7 @@ pub enum Sheet {
     /// Heights over x and y.
     Topography {
         /// A grid of heights: CSV with the columns x, y, z, or an ESRI ASCII grid; the path is
-        /// relative to the deck.
+        /// relative to the folder of the deck.
         topography: FileOf<Heights>,
     },
     /// A plane. Its upper side is above; for an upright plane, the side that the normal points to.

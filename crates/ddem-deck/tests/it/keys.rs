@@ -82,8 +82,7 @@ fn deck_page_tables_match_schema() {
     let page = std::fs::read_to_string(root().join(path)).unwrap();
     let table = |words: &str, _: &str| {
         let (table, prefix) = words.split_once(' ').unwrap_or((words, ""));
-        let mut text =
-            String::from("\n| DeckKey | Meaning | Unit | Default |\n|---|---|---|---|\n");
+        let mut text = String::from("\n| Key | Meaning | Unit | Default |\n|---|---|---|---|\n");
         keys(table).iter().for_each(|key| text += &(key.row(prefix) + "\n"));
         text + "\n"
     };
@@ -104,15 +103,49 @@ fn words_of(definition: &str) -> Vec<DeckKey> {
     all.map(word).collect()
 }
 
+/// Places of a text that state a default: `default 3`, `the default is 3`, `3 by default`, and
+/// `3, the default`. A number may also be code or a word in quotes.
+fn stated_defaults(text: &str) -> Vec<String> {
+    let value = |c: char| c.is_ascii_digit() || c == '`' || c == '"';
+    let mut found = Vec::new();
+    for (at, word) in text.match_indices("default") {
+        let (before, after) = (&text[..at], &text[at + word.len()..]);
+        let follows = ["s are ", " is ", " = ", ": ", " "]
+            .iter()
+            .find_map(|link| after.strip_prefix(link))
+            .is_some_and(|after| after.starts_with(value));
+        let precedes = [" by ", ", the ", " (", " as the "]
+            .iter()
+            .find_map(|link| before.strip_suffix(link))
+            .is_some_and(|before| before.ends_with(value));
+        if follows || precedes {
+            let before: String = before.chars().rev().take(40).collect();
+            let before: String = before.chars().rev().collect();
+            found.push(format!("{before}{word}{}", after.chars().take(40).collect::<String>()));
+        }
+    }
+    found
+}
+
 /// The text between the tables states no default: the tables do.
 #[test]
-fn deck_page_states_defaults_in_tables_only() {
-    let page = std::fs::read_to_string(root().join("docs/deck.md")).unwrap();
-    let prose = page.lines().filter(|line| !line.starts_with('|'));
-    let prose = prose.collect::<Vec<_>>().join(" ");
-    for after in prose.split("default ").skip(1) {
-        let stated = after.starts_with(|c: char| c.is_ascii_digit() || c == '`' || c == '"');
-        assert!(!stated, "default {}", after.chars().take(60).collect::<String>());
+fn pages_state_defaults_in_tables_only() {
+    for stated in [
+        "a pause, default 3",
+        "The default is `[1, 2]`.",
+        "with ζ = `damping`, 0.2 by default",
+        "`kind = \"x\"`, the default, is",
+        "the word \"all\" by default",
+    ] {
+        assert_eq!(stated_defaults(stated).len(), 1, "{stated}");
+    }
+    assert!(stated_defaults("damped by default, the default of `limit`").is_empty());
+    for page in ["deck", "method", "python"] {
+        let path = format!("docs/{page}.md");
+        let text = std::fs::read_to_string(root().join(&path)).unwrap();
+        let prose = text.lines().filter(|line| !line.starts_with('|'));
+        let stated = stated_defaults(&prose.collect::<Vec<_>>().join(" "));
+        assert!(stated.is_empty(), "{path}: {stated:#?}");
     }
 }
 
@@ -128,6 +161,108 @@ fn arguments(words: &str, indent: &str) -> String {
     };
     let line = |key: &DeckKey| format!("{indent}{}\n", key.argument());
     keys_of(table).iter().filter(own).map(line).collect()
+}
+
+/// Attributes of a compiled class in a stub, one for each key of a table.
+fn attributes(table: &str, indent: &str) -> String {
+    keys(table).iter().map(|key| format!("{indent}{}\n", key.attribute())).collect()
+}
+
+/// Entries of a typed dictionary with the keys of a table: `Fix only from until`.
+fn entries(words: &str, indent: &str) -> String {
+    let (table, only) = words.split_once(" only ").unwrap_or((words, ""));
+    let own = |key: &&DeckKey| only.is_empty() || only.split(' ').any(|name| name == key.name);
+    keys(table).iter().filter(own).map(|key| format!("{indent}{}\n", key.entry())).collect()
+}
+
+/// Typed dictionary with the keys of a table, for keys that are words of Python.
+fn dictionary(table: &str, _: &str) -> String {
+    let keys = keys(table);
+    let entries = keys.iter().map(|key| format!("\"{}\": {}", key.name, key.python_type()));
+    let entries = entries.collect::<Vec<_>>().join(", ");
+    format!("{table} = TypedDict(\"{table}\", {{{entries}}})\n")
+}
+
+/// Types of arguments, and attributes of materials and joints.
+#[test]
+fn python_types_match_schema() {
+    let path = "crates/ddem-py/python/ddem/_types.py";
+    let text = std::fs::read_to_string(root().join(path)).unwrap();
+    let text = between(&text, ("# entries:", "# end"), &entries);
+    expect(path, &between(&text, ("# dictionary:", "# end"), &dictionary));
+    let path = "crates/ddem-py/python/ddem/_ddem.pyi";
+    let text = std::fs::read_to_string(root().join(path)).unwrap();
+    expect(path, &between(&text, ("# attributes:", "# end"), &attributes));
+}
+
+/// Forms of a definition: its words, its tables by their only key, and the types of other values.
+fn forms_of(definition: &str) -> Vec<String> {
+    let schema = json_schema();
+    let definition = &schema["$defs"][definition];
+    let all = ["oneOf", "anyOf"].iter().flat_map(|of| definition[of].as_array()).flatten();
+    let text = |value: &Value| value.as_str().map(str::to_owned);
+    let form = |one: &Value| {
+        let key = || one["properties"].as_object().and_then(|keys| keys.keys().next().cloned());
+        let target = || text(&one["$ref"]).map(|target| target.replace("#/$defs/", ""));
+        text(&one["const"]).or_else(target).or_else(key).or_else(|| text(&one["type"]))
+    };
+    all.map(|one| form(one).unwrap_or_else(|| panic!("{one}"))).collect()
+}
+
+/// Message about a deck with a wrong value.
+fn refusal(deck: &str) -> String {
+    match ddem_deck::parse(deck, "deck.toml") {
+        Ok(_) => panic!("{deck} is a deck"),
+        Err(error) => error.to_string(),
+    }
+}
+
+/// The forms of a key are the same in the schema, in the reader and its messages, in the page and in
+/// the types of Python.
+#[test]
+fn forms_match_schema() {
+    let page = std::fs::read_to_string(root().join("docs/deck.md")).unwrap();
+    for (definition, deck, bullet) in [
+        ("Damping", "[[stage]]\nname = 's'\nkind = 'dynamic'\ndamping = ", "- `"),
+        ("History", "[[load]]\nhistory = ", "- `history = "),
+    ] {
+        let forms = forms_of(definition);
+        let message = refusal(&format!("{deck}true"));
+        let is_table = |form: &&String| *form != "none";
+        for form in &forms {
+            let shown = if form == "none" { "`\"none\"".into() } else { format!("{{ {form} = ") };
+            assert!(message.contains(&shown), "{form}: {message}");
+            let listed = format!("{bullet}{}", shown.trim_start_matches('`'));
+            assert!(page.contains(&listed), "docs/deck.md has no `{listed}`");
+        }
+        let tables = forms.iter().filter(is_table).count();
+        assert_eq!(message.matches(" = ").count(), tables, "{message}");
+        let unknown = refusal(&format!("{deck}{{ unknown = 1 }}"));
+        forms.iter().filter(is_table).for_each(|form| {
+            assert!(unknown.contains(&format!("`{form}`")), "{form}: {unknown}");
+        });
+    }
+    let kinds = forms_of("Damping").into_iter().skip(1).map(|kind| format!("`{kind}`"));
+    let kinds: Vec<String> = kinds.collect();
+    let (last, first) = kinds.split_last().unwrap();
+    let listed = format!("{} and {last}", first.join(", "));
+    assert!(json_schema()["$defs"]["Stage"].to_string().contains(&listed), "{listed}");
+    assert_eq!(forms_of("Sheet"), ["number", "topography", "Plane"]);
+    assert_eq!(forms_of("Extent"), ["number", "array"]);
+    let types = root().join("crates/ddem-py/python/ddem/_types.py");
+    let types = std::fs::read_to_string(types).unwrap();
+    for alias in [
+        "Sheet: TypeAlias = Union[float, Plane, Topography]",
+        "    topography: Path\n",
+        "Extent: TypeAlias = Union[float, Sequence[float]]",
+        "Damping: TypeAlias = Union[float, Literal[\"none\"], Mapping[str, float]]",
+    ] {
+        assert!(types.contains(alias), "{alias}");
+    }
+    let message = refusal("[[fix]]\nwhere = { above = true }\naxes = 'x'");
+    for key in ["a level z", "topography = "].iter().chain(&ddem_deck::keys("Plane")) {
+        assert!(message.contains(key), "{key}: {message}");
+    }
 }
 
 /// Parameters of a docstring.
@@ -167,8 +302,9 @@ fn python_docstrings_match_schema() {
     let mut start = keys_of("Stage dynamic");
     start.retain(|key| ["damping", "time_step"].contains(&key.name.as_str()));
     file("Start", &start, "\n");
+    file("ModelTable", &[keys("Deck"), keys("ModelTable")].concat(), "\n");
     for table in [
-        "ModelTable",
+        "Where",
         "Material",
         "Joint",
         "BlockSet",

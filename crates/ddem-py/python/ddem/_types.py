@@ -24,21 +24,27 @@ Path: TypeAlias = Union[str, "os.PathLike[str]"]
 class Sphere(TypedDict):
     """Region inside a sphere."""
 
+    # entries: Sphere
     centre: Vector
     radius: float
+    # end
 
 
 #: Region inside a cylinder.
+# dictionary: Cylinder
 Cylinder = TypedDict("Cylinder", {"from": Vector, "to": Vector, "radius": float})
+# end
 
 
 class Plane(TypedDict, total=False):
     """Plane: a point, and a normal or a dip with its direction."""
 
+    # entries: Plane
     point: Vector
     normal: Vector
     dip: float
     dip_direction: float
+    # end
 
 
 class Topography(TypedDict):
@@ -54,6 +60,7 @@ Sheet: TypeAlias = Union[float, Plane, Topography]
 class Where(TypedDict, total=False):
     """Keys that select a part of a model: planes, ranges, shapes, orientations, a set of blocks or its side."""
 
+    # entries: Where
     x: Extent
     y: Extent
     z: Extent
@@ -68,10 +75,13 @@ class Where(TypedDict, total=False):
     dip_direction: float
     within: float
     set: str
+    # end
 
 
 class When(Where, total=False):
     """Keys that select a part of a model, and the stages in which an entry is in force."""
 
+    # entries: Fix only from until
     from_: str
     until: str
+    # end

@@ -8,6 +8,7 @@ use super::json_schema;
 use crate::python;
 
 /// Key of a table, from its description in the schema.
+#[derive(Clone)]
 pub(super) struct DeckKey {
     pub(super) name: String,
     meaning: String,
@@ -112,6 +113,10 @@ impl DeckKey {
             "Sequence[str]" => "list of str".to_owned(),
             "History" => "callable, dict or rows".to_owned(),
             "Damping" => "float, str or dict".to_owned(),
+            "Extent" => "float or (float, float)".to_owned(),
+            "Sphere" | "Cylinder" | "Plane" => "dict".to_owned(),
+            "Sheet" => "float or dict".to_owned(),
+            "Path" => "path".to_owned(),
             name if name.starts_with("Literal[\"gas\"]") => {
                 "\"gas\", callable, dict or rows".to_owned()
             }
@@ -128,8 +133,9 @@ impl DeckKey {
     }
 
     /// Type in a stub.
-    fn python_type(&self) -> String {
+    pub(super) fn python_type(&self) -> String {
         match self.name.as_str() {
+            "inside" | "topography" => return "Path".to_owned(),
             "material" => return "str | Material".to_owned(),
             "joint" if reference(&self.schema) != Some("JointChoice") => {
                 return "str | Joint".to_owned();
@@ -164,16 +170,31 @@ impl DeckKey {
         }
     }
 
+    /// Entry of a typed dictionary.
+    pub(super) fn entry(&self) -> String {
+        format!("{}: {}", self.python_name(), self.python_type())
+    }
+
+    /// Attribute in a stub.
+    pub(super) fn attribute(&self) -> String {
+        let kind = self.python_type().replace("Vector", "list[float]");
+        let none = if self.is_nullable() { " | None" } else { "" };
+        format!("{}: Final[{kind}{none}]", self.python_name())
+    }
+
+    fn is_nullable(&self) -> bool {
+        self.schema["type"].as_array().is_some() || self.schema["anyOf"].is_array()
+    }
+
     /// Argument in a stub.
     pub(super) fn argument(&self) -> String {
         let (name, kind) = (self.python_name(), self.python_type());
-        let nullable = self.schema["type"].as_array().is_some() || self.schema["anyOf"].is_array();
         if !self.optional {
             let default = if self.default == "–" { "" } else { " | None = None" };
             return format!("{name}: {kind}{default},");
         }
         match &self.schema["default"] {
-            _ if nullable => format!("{name}: {kind} | None = None,"),
+            _ if self.is_nullable() => format!("{name}: {kind} | None = None,"),
             Value::String(text) => format!("{name}: {kind} = \"{text}\","),
             Value::Number(number) => format!("{name}: {kind} = {number},"),
             _ if kind == "bool" => format!("{name}: {kind} = False,"),
@@ -194,7 +215,9 @@ fn reference(schema: &Value) -> Option<&str> {
 /// Type of a definition in a stub.
 fn named(name: &str) -> String {
     match name {
-        "History" | "Damping" => name.to_owned(),
+        "History" | "Damping" | "Extent" | "Sphere" | "Cylinder" | "Plane" | "Sheet" | "Where" => {
+            name.to_owned()
+        }
         "ChargeHistory" => "Literal[\"gas\"] | History".to_owned(),
         "TimeStep" => "float | Literal[\"auto\"]".to_owned(),
         "Explosive" => "str | Mapping[str, float]".to_owned(),
@@ -202,7 +225,6 @@ fn named(name: &str) -> String {
         "BlockMesh" => "Mapping[str, Any]".to_owned(),
         "Orientations" => "Mapping[str, Mapping[str, float]]".to_owned(),
         "JointChoice" => "str | Joint | Mapping[str, str | Joint]".to_owned(),
-        "Where" => "Where".to_owned(),
         name => {
             let schema = json_schema();
             let definition = &schema["$defs"][name];
@@ -216,10 +238,26 @@ fn named(name: &str) -> String {
     }
 }
 
+/// Text in which tables without values are dictionaries: `{a, b}` is `{"a": ..., "b": ...}`.
+fn named_entries(text: &str) -> String {
+    let parts = text.split('`').enumerate().map(|(i, part)| {
+        let names = part.strip_prefix('{').and_then(|part| part.strip_suffix('}'));
+        let is_name = |name: &str| name.chars().all(|c| c.is_ascii_lowercase() || c == '_');
+        match names.map(|names| names.split(", ").collect::<Vec<_>>()) {
+            Some(names) if i % 2 == 1 && names.iter().all(|name| is_name(name)) => {
+                let entries = names.iter().map(|name| format!("\"{name}\": ..."));
+                format!("{{{}}}", entries.collect::<Vec<_>>().join(", "))
+            }
+            _ => part.to_owned(),
+        }
+    });
+    parts.collect::<Vec<_>>().join("`")
+}
+
 /// Text about a deck in the notation of docstrings.
 fn in_python(text: &str) -> String {
     let text = text.replace("`\"none\"`, or one of", "`\"none\"`, a damping ratio, or one of");
-    let parts = python::text(&text);
+    let parts = named_entries(&python::text(&text));
     let parts = parts.split('`').enumerate().map(|(i, part)| {
         // In braces a single pair of backticks is a link.
         if i % 2 == 1 && part.starts_with('{') { format!("`{part}`") } else { part.to_owned() }
