@@ -57,8 +57,7 @@ pub(super) fn undamped_sliding(
     (!rigid && energy.friction - begun.friction > SLID * most).then(|| {
         let message =
             "deformable blocks slid without damping: they vibrate, which reduces their friction";
-        let help =
-            format!("check whether `damping = {DAMPING}` in `[contact]` changes the result");
+        let help = format!("check whether `damping = {DAMPING}` in `[contact]` changes the result");
         Diagnostic::warning(Code::UndampedSliding, "contact.damping", message, help)
     })
 }

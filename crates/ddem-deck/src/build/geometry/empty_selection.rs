@@ -59,8 +59,7 @@ fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what:
 pub(crate) fn no_face(fault: Fault, region: &Region, geometry: &Geometry) -> Fault {
     let blocks = (0..geometry.blocks.len())
         .filter(|&block| !geometry.is_removed(block) && region.has_set(geometry.set(block)));
-    let faces = blocks
-        .flat_map(|block| FaceId::all().into_iter().map(move |face| BlockFace { block, face }));
+    let faces = blocks.flat_map(|block| FaceId::all().map(move |face| BlockFace { block, face }));
     let outer = faces.filter(|face| face.is_outer(geometry));
     let centres = outer.map(|face| face.centre(geometry));
     nearest(fault, region, centres, "the nearest outer face has its centre")
