@@ -21,7 +21,7 @@ enum PlaneInterface {
     Layer(f64),
 }
 
-impl std::fmt::Display for Plane {
+impl std::fmt::Display for PlaneInterface {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Contact(stiffness) => write!(f, "contact of {stiffness:e} Pa/m"),
