@@ -135,7 +135,7 @@ fn impossible_checkpoint_state_is_refused() {
         (Vec::new(), "damaged"),
         (whole[..whole.len() - 1].to_vec(), "damaged"),
         (whole[..whole.len() / 2].to_vec(), "damaged"),
-        ([&whole[..], &[0]].concat(), "continues beyond its end"),
+        ([&whole[..], &[0]].concat(), "bytes after the end"),
         (changed(0, whole[0] + 1), "run from the start"),
         (changed(1, whole[1] + 1), "another model"),
     ] {

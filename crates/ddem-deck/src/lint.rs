@@ -8,7 +8,7 @@ use std::fmt;
 use ddem_core::SafetySearch;
 use ddem_core::problem::shown;
 use schemars::JsonSchema;
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 /// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -88,8 +88,7 @@ pub struct Diagnostic {
     pub place: String,
     /// Finding, with numbers.
     pub message: String,
-    /// Advice; empty only in results of an earlier version.
-    #[serde(deserialize_with = "advice")]
+    /// Advice.
     pub help: String,
 }
 
@@ -119,20 +118,13 @@ impl fmt::Display for Diagnostic {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { code, place, message, help, .. } = self;
         let code = code.name();
-        if help.is_empty() {
-            write!(f, "{place}: {message} [{code}]")
-        } else if help.contains('\n') {
+        if help.contains('\n') {
             // Lines to paste come at the end.
             write!(f, "{place}: {message} [{code}]; {help}")
         } else {
             write!(f, "{place}: {message}; {help} [{code}]")
         }
     }
-}
-
-/// Advice in JSON. Earlier versions wrote `null` for a warning without advice.
-fn advice<'de, D: Deserializer<'de>>(deserializer: D) -> Result<String, D::Error> {
-    Ok(Option::deserialize(deserializer)?.unwrap_or_default())
 }
 
 /// Largest ratio of the tolerance to the resolution of a factor of safety.

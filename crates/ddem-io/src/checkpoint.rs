@@ -1,7 +1,7 @@
 //! `checkpoint.h5`: the state of a run, with which it resumes bit for bit.
 //!
 //! ```text
-//! /         attributes format = "ddem checkpoint", version = 7
+//! /         attributes format = "ddem checkpoint", version = 8
 //! /deck     the text of the deck
 //! /run      progress of the run and its files
 //! /state    the simulation
@@ -23,7 +23,7 @@ use crate::replace::replace;
 const FORMAT: &[u8; 15] = b"ddem checkpoint";
 
 /// Version of the format, which grows when older files can no longer be read.
-const VERSION: u64 = 7;
+const VERSION: u64 = 8;
 
 /// Number of bytes that share a checksum.
 const CHUNK: usize = 1 << 20;

@@ -126,8 +126,8 @@ def test_build_errors_name_the_script_line() -> None:
     model.contact(friction=90, damping=1); report = line()  # fmt: skip # noqa: E702
     model.add_blocks(size=(1, 1, 1), origin=(9, 9, 9), material=ROCK)
     message = refused(model.build, ddem.ModelError)
-    what = "contact.friction: `friction` is 90 but must be 0 or more and below 90 [out-of-range]"
-    assert message == f"{HERE}:{report}: {what}"
+    what = "contact.friction: `friction` is 90 but must be 0 or more and below 90 (as in `friction=35`)"
+    assert message == f"{HERE}:{report}: {what} [out-of-range]"
     model = column()
     model.load(force=(1, 0, 0), x=77.0); loaded = line()  # fmt: skip # noqa: E702
     message = refused(model.build, ddem.ModelError)

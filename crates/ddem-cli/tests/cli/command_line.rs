@@ -199,7 +199,7 @@ fn info_prints_the_warnings_of_a_run() {
     column
     3 blocks, 24 elements, 81 nodes, 18 pairs
 
-    warning: probe[1].at: probe `far` has no block at [9, 0, 0]; it records the nearest node, at [1, 0, 0], 8.0000 m away [far-probe]
+    warning: probe[1].at: probe `far` has no block at [9, 0, 0]; it records the nearest node, at [1, 0, 0], 8.0000 m away; give a point of a block, in metres [far-probe]
     ");
     let line =
         |text: &str| text.lines().find(|line| line.starts_with("warning")).map(str::to_owned);

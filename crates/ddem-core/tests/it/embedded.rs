@@ -215,7 +215,7 @@ fn safety_search_after_divergence_is_refused() {
 #[test]
 fn collapse_without_motion_names_no_block() {
     let words = Simulation::new(model(&pile())).no_equilibrium().to_string();
-    assert_eq!(words, "there is no equilibrium: no block has moved so far");
+    assert_eq!(words, "there is no equilibrium: no block has moved so far [no-equilibrium]");
 }
 
 /// The same rule applies to a boundary without a wave.

@@ -65,7 +65,7 @@ fn help(deck: &Deck, geometry: &Geometry, part: bool) -> String {
     };
     let gaps = gaps(deck, geometry).into_iter().map(|gap| gap.message);
     let units = part.then(|| {
-        "if a joint is meant to hold it, check its place, all lengths in metres".to_owned()
+        "if a joint should hold it, check its place and that all lengths are in metres".to_owned()
     });
     gaps.chain([advice.to_owned()]).chain(units).collect::<Vec<_>>().join("; ")
 }

@@ -5,7 +5,7 @@ use ddem_deck::*;
 use crate::lint::text;
 
 /// A text of the deck and its replacement; an empty text stands for the end of the deck.
-pub(crate) type Change = (&'static str, &'static str);
+pub(crate) type DeckEdit = (&'static str, &'static str);
 
 /// Messages about a deck: its mistakes, those of the model or, without any, its warnings.
 pub(crate) fn messages(text: &str) -> Vec<String> {
@@ -23,7 +23,7 @@ pub(crate) fn messages(text: &str) -> Vec<String> {
 }
 
 /// Messages about the changed decks, in order; a message that is there already counts once.
-pub(crate) fn all(changes: &[Change]) -> String {
+pub(crate) fn all(changes: &[DeckEdit]) -> String {
     let mut found: Vec<String> = Vec::new();
     for (from, to) in changes {
         let changed = match *from {

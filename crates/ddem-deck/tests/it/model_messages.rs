@@ -1,13 +1,13 @@
 //! Snapshots of the messages of models, one change of a good deck for each message.
 
-use crate::messages::{Change, all};
+use crate::messages::{DeckEdit, all};
 
 macro_rules! changes {
     ($($name:ident: $changes:expr;)+) => {
         $(
             #[test]
             fn $name() {
-                let changes: &[Change] = &$changes;
+                let changes: &[DeckEdit] = &$changes;
                 let found = all(changes);
                 insta::assert_snapshot!(found);
             }
