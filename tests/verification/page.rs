@@ -16,9 +16,9 @@ pub(crate) enum Part {
     Consistency,
 }
 
-/// Row of a table.
+/// PageRow of a table.
 #[derive(Clone, Debug)]
-struct Row {
+struct PageRow {
     part: Part,
     /// Number of the case.
     order: usize,
@@ -30,7 +30,7 @@ struct Row {
     cells: String,
 }
 
-static ROWS: Mutex<Vec<Row>> = Mutex::new(Vec::new());
+static ROWS: Mutex<Vec<PageRow>> = Mutex::new(Vec::new());
 
 /// True if the page is to be written.
 pub(crate) fn rewrites() -> bool {
@@ -84,7 +84,7 @@ pub(crate) fn keep(part: Part, case: Case, quantity: &str, cells: &str) {
     let order = CASES.iter().position(|c| *c == case).expect("a case of the list");
     // Tests run side by side: rows of one case are in the order of the names of the tests.
     let test = std::thread::current().name().unwrap_or_default().to_owned();
-    let row = Row { part, order, test, key, cells: cells.to_owned() };
+    let row = PageRow { part, order, test, key, cells: cells.to_owned() };
     let mut rows = ROWS.lock().expect("no check has failed");
     let first = rows.iter().all(|other| (other.part, &other.key) != (part, &row.key));
     rows.push(row);
@@ -168,7 +168,7 @@ from a second run with another method or another loading rate. The quantity says
 const LARGE: &str = include_str!("large.md");
 
 /// Writes the page of the checks so far.
-fn write(path: &Path, rows: &[Row]) {
+fn write(path: &Path, rows: &[PageRow]) {
     let mut rows = rows.to_vec();
     rows.sort_by(|a, b| (a.part, a.order, &a.test).cmp(&(b.part, b.order, &b.test)));
     let mut text = HEAD.to_owned();

@@ -6,9 +6,9 @@ use crate::lint::text;
 
 /// Warnings of a run, in order.
 #[derive(Default)]
-struct Listener(Vec<String>);
+struct EventLog(Vec<String>);
 
-impl Observer for Listener {
+impl Observer for EventLog {
     fn event(&mut self, event: Event<'_>) {
         if let Event::Warning(warning) = event {
             self.0.push(warning.to_string());
@@ -30,7 +30,7 @@ fn ran(text: &str) -> Vec<String> {
     let (deck, source) = ddem_deck::parse(text, "deck.toml").unwrap();
     source.check(&deck).unwrap();
     let folder = tempfile::tempdir().unwrap();
-    let mut listener = Listener::default();
+    let mut listener = EventLog::default();
     let mut options = Options::new(folder.path().join("out"));
     options.threads = Some(1);
     let outcome = run(&deck, &source, &options, &mut listener);
