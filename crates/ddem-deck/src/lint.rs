@@ -153,6 +153,6 @@ pub fn load_at_rest(load: usize, stage: &str) -> Diagnostic {
         format!("relax stage `{stage}`")
     };
     let message = format!("load {load} does not act in {stage}: its history is 0 there");
-    let help = "time stands still in a relax stage: let it act in a dynamic stage, by `from`, or leave out its history";
+    let help = "time stands still in a relax stage: let it act in a dynamic stage, or leave out its history";
     Diagnostic::warning(Code::LoadAtRest, format!("load[{load}].history"), message, help)
 }
