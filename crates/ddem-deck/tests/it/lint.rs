@@ -33,7 +33,8 @@ fn page() -> String {
     page += "\n## Errors\n\n\
         An error ends the run. The command line shows the line of the deck and underlines what is wrong; exit status 2 means\n\
         that nothing has run, 1 that the run failed. In Python the exceptions under `ddem.Error` have the attribute `code`, and\n\
-        each of `ddem.ModelError.faults` has its own. In Rust every error has a method or a field `code`.\n\n\
+        each of `ddem.ModelError.faults` has its own. In Rust `Fault`, `DeckError`, `RunError`, `RunFailure`, `FolderError` and\n\
+        `OutputError` have it.\n\n\
         ```\n\
         deck.toml:10:1: materials.rock.denisty: unknown key `denisty` (did you mean `density`? keys here: `density`, `young`, `poisson`) [unknown-key]\n\
         ```\n\n";
