@@ -16,7 +16,7 @@ pub(crate) enum Part {
     Consistency,
 }
 
-/// PageRow of a table.
+/// Row of a table of the page.
 #[derive(Clone, Debug)]
 struct PageRow {
     part: Part,
@@ -146,7 +146,7 @@ const BOUNDS: &str = "
 
 The number must keep a limit, from theory or from what the case shows: stable blocks must not creep, unstable ones must
 fall, and the order of convergence must be that of the scheme. Blocks that meet must not gain energy. Only one row may
-gain 0.5 %: very stiff springs that fail within a step owe their energy for a few steps. A limit strength or a factor of
+gain 0.5 %: very stiff springs that fail within a step recover the gain in a few steps. A limit strength or a factor of
 safety is known up to a bracket. The model stands at its lower end and fails at its upper end, and the exact value must
 lie between them.
 

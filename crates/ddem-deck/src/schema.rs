@@ -37,7 +37,7 @@ pub use conditions::{Boundary, BoundaryKind, Fix, Gradient, Initial, Load, Probe
 pub(crate) use contact::CRITICAL;
 pub use contact::ContactTable;
 pub use files::{FileIn, FileOf, Heights, Triangles};
-pub(crate) use keys::kinds;
+pub(crate) use keys::{is_list, kinds};
 pub use keys::{keys, section_keys, stage_keys};
 pub use lint::LintTable;
 pub use matter::{Joint, Material};

@@ -5,8 +5,8 @@
 //! accurate to rounding. Supports are left out, because they can only decrease the eigenvalue.
 //!
 //! The spectrum of a large model is dense at its end, and the last digits take many products. There
-//! an upper bound a little above the eigenvalue suffices: an eigenvalue of the operator lies within
-//! the residual of each Ritz value.
+//! the iteration ends earlier and adds the residual as a margin: an eigenvalue of the operator lies
+//! within the residual of each Ritz value, and the largest one converges from below.
 
 use std::collections::BTreeSet;
 use std::ops::Range;

@@ -266,8 +266,8 @@ fn unstable_step_after_excavation_is_refused_or_shortened() {
     assert!((automatic.time_step() / (0.9 * now) - 1.0).abs() < 1e-12);
 }
 
-/// A part of a model has no larger eigenvalue than the model. The large model bounds its eigenvalue
-/// from above, and the small one converges to rounding.
+/// A part of a model has no larger eigenvalue than the model. That of the part converges to rounding,
+/// and the large model adds a margin to its own.
 #[test]
 fn critical_step_of_large_model_is_safe_and_close() {
     let critical = |count: [u32; 3]| {

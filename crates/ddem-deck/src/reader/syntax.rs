@@ -2,6 +2,7 @@
 
 use super::numbers;
 use crate::schema::examples;
+use crate::schema::is_list;
 
 /// Message and help.
 type Advice = (String, String);
@@ -85,11 +86,10 @@ pub(crate) fn twice(text: &str, at: usize) -> Option<Advice> {
         let header = line.split_inclusive(']').next()?;
         let (first, _) = earlier().find(|(_, line)| line.starts_with(header))?;
         let name = header.trim_matches(['[', ']']);
-        let single = name.contains('.') || ["model", "contact", "lint"].contains(&name);
-        let help = if single {
-            "put all its keys below one header, or change a name".to_owned()
-        } else {
+        let help = if is_list(name) {
             format!("each entry begins with `[[{name}]]`, in two pairs of brackets")
+        } else {
+            "put all its keys below one header, or change a name".to_owned()
         };
         return Some((format!("`{header}` stands in line {}, too", first + 1), help));
     }

@@ -110,6 +110,7 @@ pub(crate) fn meant<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::schema::section_keys;
 
     #[test]
     fn examples_are_toml() {
@@ -117,6 +118,21 @@ mod tests {
         for (key, value) in VALUES {
             let text = format!("{key} = {value}");
             assert!(text.parse::<toml::Table>().is_ok(), "{text}");
+        }
+    }
+
+    /// A key of the deck, or a word of one of its keys, that is gone from the schema is found here.
+    #[test]
+    fn keys_and_words_are_those_of_the_schema() {
+        let schema = crate::json_schema().to_string();
+        for (name, _) in VALUES {
+            match name.split_once('.') {
+                Some((section, key)) => assert!(section_keys(section).contains(&key), "{name}"),
+                None => assert!(schema.contains(&format!("\"{name}\":{{")), "{name}"),
+            }
+        }
+        for (word, meant) in MEANT {
+            assert!(schema.contains(&format!("\"{meant}\"")), "{word}: {meant}");
         }
     }
 

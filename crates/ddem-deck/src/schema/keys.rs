@@ -39,6 +39,11 @@ pub fn section_keys(section: &str) -> Vec<&'static str> {
     table.map(keys).unwrap_or_default()
 }
 
+/// True if a section is a list, whose entries begin with `[[section]]`.
+pub(crate) fn is_list(section: &str) -> bool {
+    SCHEMA["properties"][section]["type"] == "array"
+}
+
 /// Kinds of stages that have a key, from the beginning of its description, as in `relax, safety:`;
 /// `None` if all have it.
 pub(crate) fn kinds(key: &str) -> Option<Vec<StageKind>> {

@@ -140,7 +140,7 @@ impl BrokenJoints {
     /// Counts the failed pairs, after a state has been restored.
     pub fn count_failed(&mut self) {
         for broken in self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten()) {
-            broken.failed = [0, 1, 2, 3].map(|lane| {
+            broken.failed = std::array::from_fn(|lane| {
                 broken.lane(lane).filter(|point| point.failure.is_some()).count() as u32
             });
         }

@@ -96,8 +96,8 @@ impl BrokenLattice {
             let relative_displacement = transposed_times(&axes, difference);
             let acts = points.each_ref().map(|point| point.area != 0.0);
             let bonded = points.each_ref().map(|point| point.failure.is_none());
-            let elastic =
-                [0, 1, 2, 3].map(|lane| acts[lane] && bonded[lane] && grounds[lane].is_none());
+            let elastic: [bool; LANES] =
+                std::array::from_fn(|lane| acts[lane] && bonded[lane] && grounds[lane].is_none());
             if elastic != [false; LANES] {
                 let force = springs.force(simd, points, elastic, relative_displacement, &mut pull);
                 store_at(g, 3 * a, sub(load_at(simd, g, 3 * a), force));
@@ -154,8 +154,8 @@ impl<'a, S: Simd> ElasticSprings<'a, S> {
     ) -> Vector<S> {
         let own = sub(relative_displacement, origins(simd, points));
         let traction = elastic_traction(self.stiffness, own);
-        let area = [0, 1, 2, 3].map(|lane| if elastic[lane] { points[lane].area } else { 0.0 });
-        let area = Lanes(area).load(simd);
+        let area = |lane: usize| if elastic[lane] { points[lane].area } else { 0.0 };
+        let area = Lanes(std::array::from_fn(area)).load(simd);
         let force = scale(times(self.axes, traction), area);
         pull.force = add(load(simd, &pull.force), force).map(Lanes::from);
         let shear = traction[1] * traction[1] + traction[2] * traction[2];
