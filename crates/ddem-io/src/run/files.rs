@@ -195,6 +195,10 @@ fn kind(kind: FieldKind) -> NumberType {
     }
 }
 
+/// Fields whose numbers differ from place to place. Compression would make them a third smaller, but
+/// would take most of the time of a frame.
+const DENSE: [&str; 4] = ["displacement", "velocity", "stress", "traction"];
+
 fn contact_specs() -> Vec<FieldSpec> {
     let fields = CONTACT_FIELDS.iter();
     fields
@@ -210,7 +214,8 @@ fn specs(model: &Model, joints: bool) -> Vec<FieldSpec> {
                 FieldSpec::point(field.name, field.components)
             }
         };
-        spec.kind(kind(field.kind))
+        let spec = spec.kind(kind(field.kind));
+        if DENSE.contains(&field.name) { spec.uncompressed() } else { spec }
     };
     table(model, joints).map(spec).collect()
 }

@@ -85,6 +85,7 @@ fn begin(root: &Group) -> Result<Group> {
 
 /// Adds an array that changes with time.
 fn changing((root, steps): (&Group, &Group), field: &FieldSpec, of: Storage) -> Result<()> {
+    let of = Storage { deflate: of.deflate.filter(|_| field.compressed), ..of };
     let group = root.group(field.location.group())?;
     let columns = (field.components > 1).then_some(field.components);
     match field.kind {

@@ -117,12 +117,20 @@ pub struct FieldSpec {
     pub components: usize,
     /// Type in which the numbers are stored.
     pub kind: NumberType,
+    /// True if the numbers are compressed.
+    pub compressed: bool,
 }
 
 impl FieldSpec {
     /// A field of doubles on the points.
     pub fn point(name: impl Into<String>, components: usize) -> Self {
-        Self { name: name.into(), location: Location::Point, components, kind: NumberType::F64 }
+        Self {
+            name: name.into(),
+            location: Location::Point,
+            components,
+            kind: NumberType::F64,
+            compressed: true,
+        }
     }
 
     /// A field of doubles on the cells.
@@ -134,6 +142,12 @@ impl FieldSpec {
     #[must_use]
     pub fn kind(self, kind: NumberType) -> Self {
         Self { kind, ..self }
+    }
+
+    /// The field without compression.
+    #[must_use]
+    pub fn uncompressed(self) -> Self {
+        Self { compressed: false, ..self }
     }
 }
 
