@@ -97,6 +97,13 @@ impl<S: Simd, const T: usize, E: Elements<S, T>> Elements<S, T> for Remaining<'_
     }
 }
 
+/// Station between two elements of a row.
+struct Station<S: Simd> {
+    modes: Modes<S>,
+    /// Forces on the modes, of the elements so far.
+    force: Modes<S>,
+}
+
 /// Steps of a row of elements through the lattice.
 struct Row {
     /// First nodes of its four rows of nodes: (ξ, η) = (−, −), (+, −), (−, +), (+, +).
@@ -132,44 +139,86 @@ fn rows<S: Simd, const T: usize, E: Elements<S, T>>(
                 count,
                 overwrites: [i == 0 && j == 0, j == 0, i == 0, true],
             };
-            row_force::<S, T, E>(simd, &row, elements, u, g);
+            match count {
+                1 => row_force::<S, T, 1, E>(simd, &row, elements, u, g),
+                2 => row_force::<S, T, 2, E>(simd, &row, elements, u, g),
+                3 => row_force::<S, T, 3, E>(simd, &row, elements, u, g),
+                4 => row_force::<S, T, 4, E>(simd, &row, elements, u, g),
+                _ => row_force::<S, T, 0, E>(simd, &row, elements, u, g),
+            }
         }
     }
 }
 
-/// Forces of one row of elements.
+/// Forces of one row of `N` elements, at most four; with 0 it has any number.
 #[simd]
-fn row_force<S: Simd, const T: usize, E: Elements<S, T>>(
+fn row_force<S: Simd, const T: usize, const N: usize, E: Elements<S, T>>(
     simd: S,
     row: &Row,
     elements: &E,
     u: &[[Lanes; 3]],
     g: &mut [[Lanes; 3]],
 ) {
-    let mut lower = modes::<S, T>(simd, u, row.starts);
-    let mut force = [splat(simd, 0.0); 12];
-    for p in 0..row.count {
-        let at = row.starts.map(|start| start + p * row.node_step);
-        let upper = modes::<S, T>(simd, u, at.map(|node| node + row.node_step));
-        let (mut s, mut d) = ([splat(simd, 0.0); 12], [splat(simd, 0.0); 12]);
-        for k in 0..12 {
-            (s[k], d[k]) = (upper[k] + lower[k], upper[k] - lower[k]);
+    let force = [splat(simd, 0.0); 12];
+    let mut open = Station { modes: modes::<S, T>(simd, u, row.starts), force };
+    if N == 0 {
+        for p in 0..row.count {
+            open = element_force(simd, row, elements, p, open, u, g);
         }
-        let [first, step] = row.element;
-        let (sum, difference) = elements.forces(simd, first + p * step, &s, &d);
-        let mut next = [splat(simd, 0.0); 12];
-        for k in 0..3 {
-            (force[k], next[k]) = (force[k] - difference[k], difference[k]);
-        }
-        for k in 3..12 {
-            force[k] += sum[k - 3] - difference[k];
-            next[k] = sum[k - 3] + difference[k];
-        }
-        give::<S, T>(simd, &force, at, row.overwrites, g);
-        (force, lower) = (next, upper);
     }
-    let last = row.starts.map(|start| start + row.count * row.node_step);
-    give::<S, T>(simd, &force, last, row.overwrites, g);
+    // Without a loop the modes of the open station need not move between registers.
+    if N > 0 {
+        open = element_force(simd, row, elements, 0, open, u, g);
+    }
+    if N > 1 {
+        open = element_force(simd, row, elements, 1, open, u, g);
+    }
+    if N > 2 {
+        open = element_force(simd, row, elements, 2, open, u, g);
+    }
+    if N > 3 {
+        open = element_force(simd, row, elements, 3, open, u, g);
+    }
+    let count = if N == 0 { row.count } else { N };
+    let last = row.starts.map(|start| start + count * row.node_step);
+    give::<S, T>(simd, &open.force, last, row.overwrites, g);
+}
+
+/// Forces of one element of a row, whose lower station is `open`. Gives the forces of that station to
+/// its nodes and returns the upper one.
+#[inline(always)]
+fn element_force<S: Simd, const T: usize, E: Elements<S, T>>(
+    simd: S,
+    row: &Row,
+    elements: &E,
+    p: usize,
+    open: Station<S>,
+    u: &[[Lanes; 3]],
+    g: &mut [[Lanes; 3]],
+) -> Station<S> {
+    let Station { modes: lower, mut force } = open;
+    let [a, b, c, d] = row.starts;
+    let along = p * row.node_step;
+    let at = [a + along, b + along, c + along, d + along];
+    let [a, b, c, d] = at;
+    let step = row.node_step;
+    let upper = modes::<S, T>(simd, u, [a + step, b + step, c + step, d + step]);
+    let (mut s, mut d) = ([splat(simd, 0.0); 12], [splat(simd, 0.0); 12]);
+    for k in 0..12 {
+        (s[k], d[k]) = (upper[k] + lower[k], upper[k] - lower[k]);
+    }
+    let [first, step] = row.element;
+    let (sum, difference) = elements.forces(simd, first + p * step, &s, &d);
+    let mut next = [splat(simd, 0.0); 12];
+    for k in 0..3 {
+        (force[k], next[k]) = (force[k] - difference[k], difference[k]);
+    }
+    for k in 3..12 {
+        force[k] += sum[k - 3] - difference[k];
+        next[k] = sum[k - 3] + difference[k];
+    }
+    give::<S, T>(simd, &force, at, row.overwrites, g);
+    Station { modes: upper, force: next }
 }
 
 /// Modes of a station.
