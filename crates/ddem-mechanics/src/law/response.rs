@@ -38,23 +38,24 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     state: &mut PointState,
 ) -> PointLoss {
     let before = *state;
-    let softening = law.softening().unwrap_or_default();
+    let softens = law.softening();
+    let softening = softens.unwrap_or_default();
     let gap = opening.normal - before.dilation;
     if let Some(equilibrium) = before.equilibrium {
         state.slip = equilibrium.stuck(opening, gap);
         // Faces that have parted since the equilibrium stay parted.
         state.damage = if before.damage >= PARTED { PARTED } else { equilibrium.damage };
     }
-    let start = *state;
-    let tension = law.tension();
+    let (start_damage, start_slip) = (state.damage, state.slip);
     let normal = if gap > 0.0 {
-        state.damage = tensile_damage(tension, stiffness.normal, softening, gap, start.damage);
+        let tension = law.tension();
+        state.damage = tensile_damage(tension, stiffness.normal, softening, gap, start_damage);
         if state.damage >= 1.0 && law.residual(0.0) > 0.0 {
             state.damage = PARTED;
         }
         secant(tension, stiffness.normal, softening, state.damage) * gap
     } else {
-        if start.damage < 1.0 && law.softening().is_none() {
+        if start_damage < 1.0 && softens.is_none() {
             state.damage = 1.0;
         }
         stiffness.normal * gap * contact_fraction(&before, gap)
@@ -65,7 +66,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     let tan_dilation = law.tan_dilation();
     if tan_dilation > 0.0 {
         // Sliding back over the roughness closes the opening that slip caused.
-        let further = if gap <= 0.0 { state.slip.norm() - start.slip.norm() } else { 0.0 };
+        let further = if gap <= 0.0 { state.slip.norm() - start_slip.norm() } else { 0.0 };
         let from = before.equilibrium.map_or(before.dilation, |equilibrium| equilibrium.dilation);
         state.dilation = (from + tan_dilation * further).max(0.0);
     }
@@ -75,6 +76,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
 /// Fraction of the pressure that acts on faces that have just met or are about to part. They touch
 /// during a part of the step only. The full pressure would take or do more work than the springs
 /// hold, and bouncing blocks would gain or lose energy with every contact.
+#[inline(always)]
 fn contact_fraction(before: &PointState, gap: f64) -> f64 {
     let du = gap - before.gap;
     if gap >= 0.0 || before.equilibrium.is_some() {
@@ -128,6 +130,7 @@ fn secant(tension: f64, stiffness: f64, softening: Softening, damage: f64) -> f6
 }
 
 /// Updates the shear traction: elastic up to the limit, then slip along the traction.
+#[inline(always)]
 fn slide<L: JointLaw + ?Sized>(
     law: &L,
     stiffness: f64,
@@ -170,6 +173,7 @@ fn damage_per_slip<L: JointLaw + ?Sized>(law: &L, softening: Softening, normal: 
 
 /// Peak and residual shear strength under the traction of spring and dashpot. The residual acts on
 /// closed faces only.
+#[inline(always)]
 fn limits<L: JointLaw + ?Sized>(law: &L, state: &PointState) -> (f64, f64) {
     let normal = state.traction.normal + state.dashpot_traction();
     let cohesion = if state.damage >= PARTED { law.residual(0.0) } else { 0.0 };
@@ -180,6 +184,7 @@ fn limits<L: JointLaw + ?Sized>(law: &L, state: &PointState) -> (f64, f64) {
 }
 
 /// Losses `∫ T · d(inelastic opening and slip)` by the trapezoidal rule, as in the time step.
+#[inline(always)]
 fn loss<L: JointLaw + ?Sized>(law: &L, before: &PointState, after: &PointState) -> PointLoss {
     let mut loss = PointLoss::default();
     let (old, new): (Traction, Traction) = (before.traction, after.traction);
