@@ -300,11 +300,7 @@ fn rotation<S: Simd>(
     let mut out = low.matrix(simd);
     if run.shift != 0 {
         for (row, high) in out.iter_mut().zip(&high.matrix(simd)) {
-            *row = match run.shift {
-                1 => shifted::<S, 1>(*row, *high),
-                2 => shifted::<S, 2>(*row, *high),
-                _ => shifted::<S, 3>(*row, *high),
-            };
+            *row = run.vectors(*row, *high);
         }
     }
     if run.present != [true; LANES] {

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use crate::numbering::BlockNumbering;
 use crate::{Geometry, Lattice};
-use ddem_mechanics::math::lanes::{LANES, Lanes, splat};
+use ddem_mechanics::math::lanes::{LANES, Lanes, Vector, shifted, splat};
 use fearless_simd::{Simd, SimdBase, mask64x4};
 
 /// Marker for a lane without a neighbour.
@@ -52,6 +52,17 @@ impl LaneRun {
     #[inline(always)]
     pub fn packs(&self) -> [usize; 2] {
         self.packs.map(|pack| pack as usize)
+    }
+
+    /// Vectors of the four lanes, from those of the first and the last pack.
+    #[inline(always)]
+    pub fn vectors<S: Simd>(&self, low: Vector<S>, high: Vector<S>) -> Vector<S> {
+        match self.shift {
+            0 => low,
+            1 => shifted::<S, 1>(low, high),
+            2 => shifted::<S, 2>(low, high),
+            _ => shifted::<S, 3>(low, high),
+        }
     }
 
     /// True in the lanes that have a neighbour.

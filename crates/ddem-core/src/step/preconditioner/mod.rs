@@ -13,7 +13,7 @@ mod turning;
 
 use std::collections::HashMap;
 
-use fearless_simd::Simd;
+use fearless_simd::{Select, Simd};
 use fearless_simd_macros::simd;
 use rayon::prelude::*;
 
@@ -22,10 +22,10 @@ use crate::model::Model;
 use crate::state::RelaxationProgress;
 use ddem_joint::contact::ContactModel;
 use ddem_mechanics::element::corotation::Frame;
-use ddem_mechanics::math::lanes::{LANES, Lanes, load_at, store_at, zero};
+use ddem_mechanics::math::lanes::{LANES, Lanes, Vector, load_at, splat, store_at, zero};
 use ddem_mechanics::rigid::Pose;
 use ddem_mesh::assembly::Element;
-use ddem_mesh::pack::Neighbours;
+use ddem_mesh::pack::{Neighbours, Packs};
 
 pub(crate) use contact_masses::ContactMasses;
 use coupling::{across, inverse_row};
@@ -166,6 +166,44 @@ impl Preconditioner {
         }
         self.rigid.iter_mut().flatten().for_each(|inverse| *inverse *= factor);
     }
+
+    /// Forces on the partners of the nodes `node` of a pack `[N]`; zero in lanes without one.
+    #[inline(always)]
+    fn forces_on<S: Simd>(
+        &self,
+        simd: S,
+        packs: &Packs,
+        index: usize,
+        node: usize,
+        partner: &Partner,
+        f: &[Lanes],
+    ) -> Vector<S> {
+        let Partner { part, beside, local } = *partner;
+        if part == 0 {
+            return load_at(simd, f, 3 * (packs.packs[index].start + node));
+        }
+        let blocks = &self.beside[index][beside];
+        let at = |pack: usize| 3 * (packs.packs[pack].start + local);
+        let Some(run) = blocks.in_order() else {
+            let mut forces = [Lanes::ZERO; 3];
+            for lane in 0..LANES {
+                let Some((pack, there)) = blocks.at(lane) else { continue };
+                for c in 0..3 {
+                    forces[c].0[lane] = f[at(pack) + c].0[there];
+                }
+            }
+            return load_at(simd, &forces, 0);
+        };
+        let [low, high] = run.packs().map(at);
+        let mut forces = run.vectors(load_at(simd, f, low), load_at(simd, f, high));
+        if run.present != [true; LANES] {
+            let present = run.mask(simd);
+            for force in &mut forces {
+                *force = present.select(*force, splat(simd, 0.0));
+            }
+        }
+        forces
+    }
 }
 
 /// Indices of the cells above in [`Preconditioner::beside`], by direction.
@@ -255,21 +293,8 @@ pub(super) fn accelerations<S: Simd>(
     for node in 0..out.len() / 3 {
         let mut sum = zero(simd);
         for row in class.start[node] as usize..class.start[node + 1] as usize {
-            let Partner { part, beside, local } = class.partner[row];
-            let force = if part == 0 {
-                load_at(simd, f, 3 * (pack.start + node))
-            } else {
-                let mut there = [Lanes::ZERO; 3];
-                let blocks = &preconditioner.beside[index][beside];
-                for lane in 0..LANES {
-                    let Some((other, lane_there)) = blocks.at(lane) else { continue };
-                    let place = 3 * (packs.packs[other].start + local);
-                    for c in 0..3 {
-                        there[c].0[lane] = f[place + c].0[lane_there];
-                    }
-                }
-                load_at(simd, &there, 0)
-            };
+            let partner = &class.partner[row];
+            let force = preconditioner.forces_on(simd, packs, index, node, partner, f);
             let inverse = load_at(simd, &class.rows, 3 * row);
             for c in 0..3 {
                 sum[c] += inverse[c] * force[c];

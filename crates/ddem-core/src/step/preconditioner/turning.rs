@@ -14,6 +14,7 @@ use ddem_mechanics::law::SpringStiffness;
 use ddem_mechanics::math::lanes::{
     LANES, Lanes, add, load, load_at, scale, splat, store_at, times, transposed_times, zero,
 };
+use ddem_mesh::pack::Neighbours;
 use ddem_mesh::properties::JointProperties;
 
 /// Relative change of a stiffness by the rotation of blocks from which masses rotate with them. The
@@ -56,20 +57,16 @@ pub(super) fn accelerations<S: Simd>(
     f: &[Lanes],
     out: &mut [Lanes],
 ) {
-    let packs = &model.packs.packs;
-    let pack = &packs[index];
+    let packs = &model.packs;
     let class = &preconditioner.classes[preconditioner.of_pack[index] as usize];
     for node in 0..out.len() / 3 {
         let rows = class.start[node] as usize..class.start[node + 1] as usize;
-        let mut places = [[Some((index, 0)); LANES]; 8];
         let mut mean = zero_matrix(simd);
         let mut rest = splat(simd, 1.0);
-        for (place, row) in places.iter_mut().zip(rows.clone()) {
-            let partner = &class.partner[row];
-            let blocks = &preconditioner.beside[index][partner.beside];
-            *place = std::array::from_fn(|lane| blocks.at(lane));
+        for row in rows.clone() {
+            let blocks = &preconditioner.beside[index][class.partner[row].beside];
             let share = class.rotation_weights[row].load(simd);
-            let rotation = rotation(frames, place);
+            let rotation = rotation(frames, blocks);
             for (sum, row) in mean.iter_mut().zip(&rotation) {
                 *sum = add(*sum, scale(load(simd, row), share));
             }
@@ -79,19 +76,9 @@ pub(super) fn accelerations<S: Simd>(
         (0..3).for_each(|c| mean[c][c] += rest);
         let mean = mean_rotation(simd, &mean, 1.0);
         let mut sum = zero(simd);
-        for (place, row) in places.iter().zip(rows) {
+        for row in rows {
             let partner = &class.partner[row];
-            let force = if partner.part == 0 {
-                load_at(simd, f, 3 * (pack.start + node))
-            } else {
-                let mut there = [Lanes::ZERO; 3];
-                for (lane, place) in place.iter().enumerate().take(pack.filled) {
-                    let Some((other, lane_there)) = *place else { continue };
-                    let at = 3 * (packs[other].start + partner.local);
-                    (0..3).for_each(|c| there[c].0[lane] = f[at + c].0[lane_there]);
-                }
-                load_at(simd, &there, 0)
-            };
+            let force = preconditioner.forces_on(simd, packs, index, node, partner, f);
             let force = transposed_times(&mean, force);
             let inverse = load_at(simd, &class.rows, 3 * row);
             for c in 0..3 {
@@ -109,10 +96,10 @@ fn zero_matrix<S: Simd>(simd: S) -> ddem_mechanics::math::lanes::Matrix<S> {
 
 /// Rotations of four blocks; zero for absent ones.
 #[inline(always)]
-fn rotation(frames: &[Frame], places: &[Option<(usize, usize)>; LANES]) -> [[Lanes; 3]; 3] {
+fn rotation(frames: &[Frame], blocks: &Neighbours) -> [[Lanes; 3]; 3] {
     let mut rotation = [[Lanes::ZERO; 3]; 3];
-    for (lane, place) in places.iter().enumerate() {
-        let Some((pack, from)) = *place else { continue };
+    for lane in 0..LANES {
+        let Some((pack, from)) = blocks.at(lane) else { continue };
         for (row, other) in rotation.iter_mut().zip(&frames[pack].rotation) {
             (0..3).for_each(|c| row[c].0[lane] = other[c].0[from]);
         }
