@@ -4,8 +4,17 @@ use ddem_io::OutputError;
 use ddem_io::folder::FolderError;
 use ddem_io::run::RunFailure;
 
+/// Message of a failure with the options that help.
+pub(crate) fn advised(failure: &RunFailure) -> String {
+    let (text, code) = (failure.to_string(), failure.code());
+    match advice(failure) {
+        "" => text,
+        advice => format!("{}{advice} [{code}]", code.strip(&text)),
+    }
+}
+
 /// End of a message: the options that help, or an empty string.
-pub(crate) fn advice(failure: &RunFailure) -> &'static str {
+fn advice(failure: &RunFailure) -> &'static str {
     match failure {
         RunFailure::Output(error) => room(error),
         RunFailure::Folder(error) => folder(error),
@@ -37,3 +46,6 @@ fn room(error: &OutputError) -> &'static str {
         _ => "",
     }
 }
+
+#[cfg(test)]
+mod tests;

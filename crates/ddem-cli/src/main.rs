@@ -221,11 +221,7 @@ fn say(failure: &CommandFailure) {
             }
         }
         CommandFailure::Run(failure) => {
-            let (text, code) = (failure.to_string(), failure.code());
-            match advice::advice(failure) {
-                "" => complain(&format!("error: {text}\n")),
-                advice => complain(&format!("error: {}{advice} [{code}]\n", code.strip(&text))),
-            }
+            complain(&format!("error: {}\n", advice::advised(failure)));
         }
         CommandFailure::NoCommand(arguments) => {
             let deck = if arguments.is_empty() { "deck.toml".into() } else { arguments.join(" ") };

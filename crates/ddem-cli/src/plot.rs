@@ -42,7 +42,7 @@ pub(crate) enum NoPicture {
         source: io::Error,
     },
     /// The drawing program ended with this exit status, after a message of its own.
-    #[error("there is no picture")]
+    #[error("exit status {0}")]
     Refused(u8),
 }
 

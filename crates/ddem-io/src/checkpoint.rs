@@ -25,6 +25,9 @@ const FORMAT: &[u8; 15] = b"ddem checkpoint";
 /// Version of the format, which grows when older files can no longer be read.
 const VERSION: u64 = 8;
 
+/// Message about a path that is not a file.
+const FOLDER: &str = "it is a folder: give the file, such as checkpoint.h5";
+
 /// Number of bytes that share a checksum.
 const CHUNK: usize = 1 << 20;
 
@@ -94,13 +97,17 @@ impl Checkpoint {
         let unusable = |e: String| OutputError::unusable(path, e);
         let metadata = std::fs::metadata(path).map_err(|e| OutputError::io(path, "loading", e))?;
         if metadata.is_dir() {
-            let error = std::io::Error::new(std::io::ErrorKind::IsADirectory, "it is a folder");
+            let error = std::io::Error::new(std::io::ErrorKind::IsADirectory, FOLDER);
             return Err(OutputError::io(path, "loading", error));
         }
         let size = metadata.len();
         with_file(path, OpenMode::Read, "loading", |file| {
             check_format(file).map_err(unusable)?;
-            read(file, size).map_err(|e| unusable(format!("the checkpoint is damaged ({e})")))
+            read(file, size).map_err(|e| {
+                unusable(format!(
+                    "the checkpoint is damaged ({e}): use another one, or run from the start"
+                ))
+            })
         })
     }
 }
@@ -108,7 +115,7 @@ impl Checkpoint {
 fn check_format(file: &File) -> std::result::Result<(), String> {
     let format = file.attr("format").and_then(|a| a.read_scalar::<FixedAscii<15>>());
     if format.ok().is_none_or(|f| f.as_bytes() != FORMAT) {
-        return Err("not a checkpoint of ddem".to_owned());
+        return Err("the file is not a checkpoint of ddem: give one".to_owned());
     }
     match file.attr("version").and_then(|a| a.read_scalar::<u64>()) {
         Ok(VERSION) => Ok(()),
@@ -119,7 +126,9 @@ fn check_format(file: &File) -> std::result::Result<(), String> {
                  resume with the version that wrote it, or run from the start"
             ))
         }
-        Err(e) => Err(format!("the checkpoint has no format number ({e})")),
+        Err(e) => Err(format!(
+            "the checkpoint has no format number ({e}): use another one, or run from the start"
+        )),
     }
 }
 

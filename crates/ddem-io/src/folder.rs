@@ -326,7 +326,7 @@ fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> 
                 let _ = moves(&kept, folder, name);
             }
             let _ = fs::remove_file(kept.join(MARKER)).and_then(|()| fs::remove_dir(&kept));
-            not_writable(&kept.join(name), "moving results to", e)
+            not_writable(&kept.join(name), "moving", e)
         })?;
     }
     // The path is written as the folder was given, unless that leads elsewhere, as with a link or

@@ -40,7 +40,10 @@ fn refused(
 ) -> OutputError {
     match OutputError::hdf5(path, operation, error) {
         OutputError::Format { error, .. } if mode != OpenMode::Create => {
-            OutputError::unusable(path, format!("not a complete HDF5 file ({error})"))
+            let message = format!(
+                "the file is not a complete HDF5 file ({error}): restore it, or run from the start"
+            );
+            OutputError::unusable(path, message)
         }
         other => other,
     }
@@ -143,7 +146,7 @@ fn resize(dataset: &Dataset, shape: &[usize], rows: usize) -> hdf5::Result<()> {
     match *shape {
         [_] => dataset.resize(rows),
         [_, columns] => dataset.resize((rows, columns)),
-        _ => Err("a table of one or two dimensions was expected".into()),
+        _ => Err("an array has neither one nor two dimensions".into()),
     }
 }
 
@@ -151,8 +154,9 @@ fn resize(dataset: &Dataset, shape: &[usize], rows: usize) -> hdf5::Result<()> {
 pub(crate) fn cut(group: &Group, name: &str, rows: usize) -> hdf5::Result<()> {
     let dataset = group.dataset(name)?;
     let shape = dataset.get_shape()?;
-    if shape.first().is_none_or(|&have| have < rows) {
-        return Err(format!("{name} has {shape:?} rows instead of {rows} or more").into());
+    let have = shape.first().copied().unwrap_or(0);
+    if have < rows {
+        return Err(format!("`{name}` has {have} rows instead of {rows} or more").into());
     }
     resize(&dataset, &shape, rows)
 }

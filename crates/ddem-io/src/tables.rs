@@ -92,7 +92,8 @@ impl Table {
     ) -> Result<(), OutputError> {
         if values.len() != self.columns.len() {
             let (have, want) = (values.len(), self.columns.len());
-            let message = format!("a row has {have} values instead of {want}");
+            let message =
+                format!("a row has {have} values instead of {want}: give one for each column");
             return Err(OutputError::mismatch(&self.path, message));
         }
         self.write(stage, step, time, values.iter().map(|&value| value.into()))
@@ -166,12 +167,17 @@ fn header_and_end(path: &Path, rows: u64) -> Result<(Vec<String>, u64), OutputEr
     let mut reader = csv::Reader::from_path(path).map_err(reading)?;
     let header = reader.headers().map_err(reading)?.clone();
     if !header.iter().take(KEYS.len()).eq(KEYS) {
-        return Err(OutputError::unusable(path, "does not begin with the columns stage,step,time"));
+        let message =
+            "the first columns are not stage,step,time: restore the table, or run from the start";
+        return Err(OutputError::unusable(path, message));
     }
     let mut record = csv::ByteRecord::new();
     for have in 0..rows {
         if !reader.read_byte_record(&mut record).map_err(reading)? {
-            let message = format!("has {have} rows, but the run to resume had written {rows}");
+            let message = format!(
+                "the table has {have} rows, but the run to resume had written {rows}: restore it, or run from the \
+                 start"
+            );
             return Err(OutputError::unusable(path, message));
         }
     }

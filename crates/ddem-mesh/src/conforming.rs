@@ -40,7 +40,8 @@ pub fn faces(geometry: &Geometry) -> Vec<ConformingJoint> {
         for direction in 0..3 {
             let Some(b) = geometry.above(a, direction) else { continue };
             let n = geometry.topology(a).divisions();
-            debug_assert!(n <= usize::from(u16::MAX), "its nodes have numbers of 32 bits");
+            // Nodes have numbers of 32 bits, so that no block has more divisions.
+            debug_assert!(n <= usize::from(u16::MAX));
             faces.push(ConformingJoint {
                 a: a as u32,
                 b: b as u32,

@@ -46,11 +46,13 @@ impl Model {
     pub fn set_law(&mut self, joint: &str, law: Arc<dyn JointLaw>) -> Result<(), Fault> {
         let Some(index) = self.properties.joints.iter().position(|known| known.name == joint)
         else {
-            return Err(Fault::new(
-                ErrorCode::UnknownName,
-                format!("joints.{joint}"),
-                "no joint has this name",
-            ));
+            let names = self.properties.joints.iter().map(|known| format!("`{}`", known.name));
+            let place = format!("joints.{joint}");
+            let fault = Fault::new(ErrorCode::UnknownName, place, "no joint has this name");
+            return Err(fault.help(match names.collect::<Vec<_>>().join(", ").as_str() {
+                "" => "the model has no joints".to_owned(),
+                names => format!("the model has {names}"),
+            }));
         };
         law::check(&*law)
             .map_err(|why| Fault::new(ErrorCode::InvalidLaw, format!("joints.{joint}"), why))?;

@@ -86,6 +86,12 @@ impl Conditions {
         index: usize,
         function: Arc<Function>,
     ) -> Result<(), Fault> {
+        let loads = self.loaded.iter().filter(|load| load.fading.is_none()).count();
+        let count = match section {
+            "load" => loads,
+            "charge" => self.charged.len(),
+            _ => self.fixed.len(),
+        };
         let time_function = match section {
             "load" => {
                 let load = self.loaded.get_mut(index).filter(|load| load.fading.is_none());
@@ -95,9 +101,11 @@ impl Conditions {
             _ => self.fixed.get_mut(index).map(|fix| &mut fix.history),
         };
         let place = format!("{section}[{index}].history");
-        let time_function = time_function
-            .ok_or_else(|| Fault::new(ErrorCode::UnknownName, place, "there is no such entry"))?;
-        *time_function = TimeFunction::Computed(function);
+        let fault = || {
+            let fault = Fault::new(ErrorCode::UnknownName, place, "there is no such entry");
+            fault.help(format!("the model has {count}, numbered from 0"))
+        };
+        *time_function.ok_or_else(fault)? = TimeFunction::Computed(function);
         Ok(())
     }
 

@@ -103,13 +103,31 @@ fn describe(motions: &[Vector6<f64>], centre: &Vec3, size: f64) -> Vec<String> {
         }
     }
     if names.is_empty() {
-        names.extend(motions.iter().map(|m| {
-            let (t, r) = (translation(m), rotation(m) / size);
-            format!(
-                "translation ({:.3}, {:.3}, {:.3}) with rotation ({:.3}, {:.3}, {:.3})",
-                t.x, t.y, t.z, r.x, r.y, r.z
-            )
-        }));
+        let named = |m: &Vector6<f64>| oblique(&translation(m), &(rotation(m) / size), centre);
+        names.extend(motions.iter().map(named));
     }
     names
+}
+
+/// Words for a motion that is parallel to none of the axes: a translation, a rotation, or both along
+/// one axis.
+fn oblique(translation: &Vec3, rotation: &Vec3, centre: &Vec3) -> String {
+    let small = 1e-6 * (translation.norm() + rotation.norm());
+    let turns = rotation.norm() > small;
+    let along = if turns { rotation } else { translation }.normalize();
+    // The first component that is not 0 is positive.
+    let sign = along.iter().find(|x| x.abs() > 1e-6).map_or(1.0, |x| x.signum());
+    let shown = |v: Vec3, digits: f64| v.map(|x| (x * digits).round() / digits + 0.0);
+    let axis = shown(along * sign, 1e3);
+    let axis = format!("({:.3}, {:.3}, {:.3})", axis.x, axis.y, axis.z);
+    if !turns {
+        return format!("translation along {axis}");
+    }
+    let through = shown(centre + rotation.cross(translation) / rotation.norm_squared(), 1e4);
+    let slides = translation.dot(&along).abs() > small;
+    let more = if slides { ", with a translation along it" } else { "" };
+    format!(
+        "rotation about {axis} through ({:.4}, {:.4}, {:.4}){more}",
+        through.x, through.y, through.z
+    )
 }

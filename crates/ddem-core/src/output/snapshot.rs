@@ -60,7 +60,11 @@ impl<'a> Snapshot<'a> {
         let (n, room) = (self.len(field.on), out.len());
         assert!(range.end <= n, "`{}` has no values {range:?}: it has {n}", field.name);
         let wanted = range.len() * field.components;
-        assert_eq!(room, wanted, "room for the values {range:?} of `{}`", field.name);
+        assert!(
+            room == wanted,
+            "`{}` needs room for {wanted} numbers in {range:?}: there is room for {room}",
+            field.name
+        );
         (field.fill)(self, range, out);
     }
 

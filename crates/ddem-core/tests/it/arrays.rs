@@ -13,7 +13,7 @@ use ddem_deck::{BlockMesh, BlockSet, Deck, Fix, Joint, JointChoice, MeshJoint, W
 use crate::decks::*;
 
 /// Row of blocks along x, each a grid of hexahedra; nodes and hexahedra are numbered out of order.
-fn row(blocks: usize, divisions: usize, axes: [[f64; 3]; 3]) -> HexMesh {
+pub(crate) fn row(blocks: usize, divisions: usize, axes: [[f64; 3]; 3]) -> HexMesh {
     let n = divisions + 1;
     let mut mesh = HexMesh::default();
     for block in 0..blocks {
@@ -57,14 +57,14 @@ fn grid(n: usize) -> impl Iterator<Item = (usize, usize, usize)> {
     (0..n).flat_map(move |k| (0..n).flat_map(move |j| (0..n).map(move |i| (i, j, k))))
 }
 
-const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+pub(crate) const UPRIGHT: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 const OBLIQUE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.2, 1.0, 0.0], [0.1, 0.3, 0.9]];
 
-fn rock() -> Elastic {
+pub(crate) fn rock() -> Elastic {
     Elastic::new(2400.0, 18e9, 0.25)
 }
 
-fn section(cohesion: f64) -> JointProperties {
+pub(crate) fn section(cohesion: f64) -> JointProperties {
     let law = MohrCoulomb { cohesion, tension: cohesion, ..MohrCoulomb::default() };
     JointProperties {
         name: "seam".into(),
@@ -75,12 +75,12 @@ fn section(cohesion: f64) -> JointProperties {
 }
 
 /// Nodes of a mesh that satisfy a condition.
-fn at(mesh: &HexMesh, found: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
+pub(crate) fn at(mesh: &HexMesh, found: impl Fn(&[f64; 3]) -> bool) -> Vec<u32> {
     (0..mesh.nodes.len() as u32).filter(|&node| found(&mesh.nodes[node as usize])).collect()
 }
 
 /// Hexahedron faces of two neighbouring blocks at their common plane x.
-fn faces(mesh: &HexMesh, x: f64, block: u32) -> [[u32; 4]; 2] {
+pub(crate) fn faces(mesh: &HexMesh, x: f64, block: u32) -> [[u32; 4]; 2] {
     [block, block + 1].map(|block| {
         let hexes = mesh.hexes.iter().zip(&mesh.blocks).filter(|(_, of)| **of == block);
         let on = |node: &u32| (mesh.nodes[*node as usize][0] - x).abs() < 1e-9;
@@ -258,17 +258,20 @@ fn mesh_errors_are_named() {
     let mut mesh = row(2, 1, UPRIGHT);
     let fault = |mesh: &HexMesh| ProblemBuilder::new(mesh, rock()).err();
     mesh.blocks.pop();
-    assert_eq!(fault(&mesh), Some(MeshError::Blocks { blocks: 1, hexes: 2 }));
+    assert_eq!(fault(&mesh), Some(MeshError::Blocks { blocks: 1, hexes: 2 }.into()));
     mesh.blocks.push(5);
-    assert_eq!(fault(&mesh), Some(MeshError::NoBlock { block: 1 }));
+    assert_eq!(fault(&mesh), Some(MeshError::NoBlock { block: 1 }.into()));
     mesh.blocks[1] = u32::MAX;
-    assert_eq!(fault(&mesh), Some(MeshError::NoBlock { block: 1 }));
+    assert_eq!(fault(&mesh), Some(MeshError::NoBlock { block: 1 }.into()));
     mesh.blocks[1] = 1;
     mesh.hexes[1][3] = 99;
-    assert_eq!(fault(&mesh), Some(MeshError::NoNode { hex: 1, node: 99, nodes: 16 }));
+    assert_eq!(fault(&mesh), Some(MeshError::NoNode { hex: 1, node: 99, nodes: 16 }.into()));
     mesh.hexes[1][3] = mesh.hexes[0][3];
-    assert!(matches!(fault(&mesh), Some(MeshError::Shared { first: 0, second: 1, .. })));
-    assert_eq!(fault(&HexMesh::default()), Some(MeshError::Empty));
+    assert!(matches!(
+        fault(&mesh),
+        Some(BuildError::Mesh(MeshError::Shared { first: 0, second: 1, .. }))
+    ));
+    assert_eq!(fault(&HexMesh::default()), Some(MeshError::Empty.into()));
     let mut bent = row(1, 2, UPRIGHT);
     bent.nodes[3][1] += 0.01;
     let message = fault(&bent).unwrap().to_string();
@@ -280,7 +283,7 @@ fn mesh_errors_are_named() {
     flat.nodes.iter_mut().for_each(|x| x[2] = 0.0);
     assert!(fault(&flat).unwrap().to_string().contains("no volume"));
     flat.nodes[0][0] = f64::NAN;
-    assert!(matches!(fault(&flat), Some(MeshError::NotFinite { node: 0, .. })));
+    assert!(matches!(fault(&flat), Some(BuildError::Mesh(MeshError::NotFinite { node: 0, .. }))));
 }
 
 #[test]
@@ -326,5 +329,5 @@ fn too_many_materials_and_joints_are_refused() {
     assert!(builder.clone().build().is_ok());
     builder.material(rock());
     let error = builder.build().map(|_| ()).unwrap_err();
-    assert_eq!(error.to_string(), "there are 65536 materials: 65535 are the most");
+    assert_eq!(error, BuildError::TooMany { what: "materials", count: 65_536 });
 }

@@ -67,7 +67,7 @@ fn foreign_states_are_refused_with_the_reason() {
     };
     let finer = crate::decks::deck([2, 1, 1], [2.0, 1.0, 1.0], 3, 0.01);
     let other = restore_error(&finer, saved.bytes());
-    assert_eq!(other, "it belongs to another model, with 54 nodes instead of 128");
+    assert!(other.contains("another model, with 54 nodes instead of 128"), "{other}");
     let mut bytes = saved.bytes().to_vec();
     bytes[0] += 1;
     let format = restore_error(&deck, &bytes);

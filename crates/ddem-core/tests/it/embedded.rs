@@ -9,7 +9,7 @@ use ddem_deck::*;
 use crate::decks::*;
 
 /// Two blocks on top of each other with two elements along each edge: 54 nodes.
-fn pile() -> Deck {
+pub(crate) fn pile() -> Deck {
     let mut deck = deck([1, 1, 2], [1.0, 1.0, 2.0], 2, 0.01);
     deck.model.gravity = [0.0, 0.0, -10.0];
     deck.blocks[0].name = Some("pile".into());
@@ -18,7 +18,7 @@ fn pile() -> Deck {
 }
 
 /// Message of a panic.
-fn panic_message<T>(does: impl FnOnce() -> T) -> String {
+pub(crate) fn panic_message<T>(does: impl FnOnce() -> T) -> String {
     let panic = catch_unwind(AssertUnwindSafe(does)).err().expect("a panic");
     let text = panic.downcast_ref::<String>().cloned();
     text.unwrap_or_else(|| (*panic.downcast_ref::<&str>().expect("words")).to_owned())

@@ -32,6 +32,7 @@ mod interfaces;
 mod joint_charges;
 mod joint_failure;
 mod mechanisms;
+mod messages;
 mod mixture;
 mod nonconforming;
 mod peaks;

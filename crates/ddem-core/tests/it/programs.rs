@@ -348,29 +348,28 @@ fn laws_that_create_energy_or_never_fail_are_refused() {
     let mut model = model(&deck([1, 1, 2], [2.0, 2.0, 1.0], 1, 0.01));
     let softening = |opening, sliding| Some(Softening { opening, sliding });
     let odd = [
-        (Odd { tension: f64::INFINITY, ..SOUND }, "tension() is inf"),
-        (Odd { dilation: 0.51, ..SOUND }, "sliding would make energy"),
-        (Odd { dilation: f64::NAN, ..SOUND }, "tan_dilation() is NaN"),
-        (Odd { dilation: -0.1, ..SOUND }, "tan_dilation() is -0.1"),
-        (Odd { peak: |n| 1e3 - n * 0.5 - 4.0 * n.max(0.0), ..SOUND }, "peak(500) is -1250"),
-        (Odd { residual: |n| if n < -1e9 { f64::NAN } else { half(n) }, ..SOUND }, "is NaN"),
-        (Odd { residual: |_| f64::INFINITY, ..SOUND }, "residual(0) is inf"),
-        (Odd { contact: |n| 10.0 + half(n), ..SOUND }, "bare faces have no cohesion"),
-        (Odd { contact: |n| -half(n), ..SOUND }, "contact_strength(-1) is -0.5"),
-        (Odd { tan: Some(0.6), ..SOUND }, "tan_contact_friction() says 0.6: expected the same"),
-        (Odd { tan: Some(-0.5), ..SOUND }, "tan_contact_friction() is -0.5"),
-        (Odd { softening: softening(-1e-3, 10.0), ..SOUND }, "softening() is -0.001 m"),
-        (Odd { softening: softening(1e-3, f64::NAN), ..SOUND }, "NaN J/m²"),
-        (Odd { sees: Some(false), ..SOUND }, "any_failure() does not say so"),
-        (Odd { sees: Some(true), ..SOUND }, "any_failure() says that it fails"),
+        Odd { tension: f64::INFINITY, ..SOUND },
+        Odd { dilation: 0.51, ..SOUND },
+        Odd { dilation: f64::NAN, ..SOUND },
+        Odd { dilation: -0.1, ..SOUND },
+        Odd { peak: |n| 1e3 - n * 0.5 - 4.0 * n.max(0.0), ..SOUND },
+        Odd { residual: |n| if n < -1e9 { f64::NAN } else { half(n) }, ..SOUND },
+        Odd { residual: |_| f64::INFINITY, ..SOUND },
+        Odd { peak: |_| -2.5, ..SOUND },
+        Odd { contact: |n| 10.0 + half(n), ..SOUND },
+        Odd { contact: |n| -half(n), ..SOUND },
+        Odd { tan: Some(0.6), ..SOUND },
+        Odd { tan: Some(-0.5), ..SOUND },
+        Odd { softening: softening(-1e-3, 10.0), ..SOUND },
+        Odd { softening: softening(1e-3, f64::NAN), ..SOUND },
+        Odd { sees: Some(false), ..SOUND },
+        Odd { sees: Some(true), ..SOUND },
     ];
-    for (law, reported) in odd {
-        let refused = model.set_law("seam", Arc::new(law)).map_err(|fault| fault.to_string());
-        assert!(
-            refused.as_ref().is_err_and(|message| message.contains(reported)),
-            "{refused:?}: {reported}"
-        );
-    }
+    let refused = odd.map(|law| {
+        let refused = model.set_law("seam", Arc::new(law)).err();
+        refused.unwrap_or_else(|| panic!("{law:?} is accepted")).to_string()
+    });
+    insta::assert_snapshot!(refused.join("\n"));
     for law in [SOUND, Odd { tan: None, ..SOUND }] {
         assert!(model.set_law("seam", Arc::new(law)).is_ok());
     }

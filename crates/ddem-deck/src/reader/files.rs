@@ -181,7 +181,8 @@ fn table(text: &str) -> Result<Heights, Fault> {
         .from_reader(text.as_bytes());
     let mut points = Vec::new();
     for (index, record) in reader.records().enumerate() {
-        let record = record.map_err(|error| no_grid(format!("this is no CSV: {error}")))?;
+        let record =
+            record.unwrap_or_else(|error| unreachable!("text has rows of any length: {error}"));
         let line = record.position().map_or(index as u64 + 1, csv::Position::line);
         let numbers: Vec<Option<f64>> = record.iter().take(3).map(number).collect();
         match numbers[..] {
@@ -223,7 +224,10 @@ fn gridded(points: &[[f64; 3]]) -> Result<Heights, Fault> {
         )));
     }
     if all > MOST_POINTS || all > 4 * points.len() + 100 {
-        let message = format!("{} points with {size} are no grid", points.len());
+        let message = format!(
+            "{} points with {size} are no grid: most crossings of rows and columns have none",
+            points.len()
+        );
         return Err(no_grid(message));
     }
     let mut z = vec![f64::NAN; all];

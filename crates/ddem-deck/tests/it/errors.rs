@@ -29,6 +29,19 @@ const FLAT: &str = "
     mesh = { nodes = [[9, 0, 0], [10, 0, 0], [10, 1, 0], [9, 1, 0]], hexes = [[0, 1, 2, 3, 0, 1, 2, 3]], blocks = [0] }
     ";
 
+/// Cavity that is split finer than the blocks around it.
+const CAVITY: &str = "
+    [[refine]]
+    factor = 2
+    where = { x = [1, 2], y = [1, 2], z = [1, 2] }
+    [[remove]]
+    where = { x = [1, 2], y = [1, 2], z = [1, 2] }
+    [[charge]]
+    where = { sphere = { centre = [1.5, 1.5, 1.5], radius = 0.7 } }
+    mass = 500
+    explosive = 'tnt'
+    ";
+
 /// Decks with wrong geometry.
 fn wrong() -> Vec<String> {
     let deck = |more: &str| text(&[], more);
@@ -44,6 +57,7 @@ fn wrong() -> Vec<String> {
         text(&[(BASE, "")], RELAX),
         deck("[[boundary]]\nwhere = { z = 0.0 }\nkind = 'viscous'\n"),
         deck(FLAT),
+        deck(CAVITY),
     ]
 }
 

@@ -61,7 +61,9 @@ fn topographies() {
         raster(&format!("{corner}cellsize 2\n1 1 -9999 1")),
         raster(&format!("{corner}cellsize 0\n1 1 1 1")),
     ];
-    let tables: [&[u8]; 8] = [
+    let diagonal: String = (0..60).map(|k| format!("{k},{k},1\n")).collect();
+    let tables: [&[u8]; 9] = [
+        diagonal.as_bytes(),
         b"0,0,1\n4,0,x\n",
         b"0,0,1\n4,0,1\n",
         b"0,0,1\n4,0,1\n0,4,1\n4,4,1\n0,0,2\n",

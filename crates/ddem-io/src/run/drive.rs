@@ -78,10 +78,15 @@ impl<'a> Drive<'a> {
                 failure => failure,
             })?;
             if resumed.deck != text {
-                return Err(resume::wrong(&path, "it was written by another version of the deck"));
+                return Err(resume::wrong(
+                    &path,
+                    "another version of the deck wrote it: restore that deck, or run from the start",
+                ));
             }
             if let Some(path) = changed(deck, &resumed.progress.files) {
-                let message = format!("it was written with another content of `{path}`");
+                let message = format!(
+                    "it was written with another content of `{path}`: restore that file, or run from the start"
+                );
                 return Err(resume::wrong(&folder.checkpoint(), message));
             }
             let mut simulation = resumed.simulation(model, options.simd)?;

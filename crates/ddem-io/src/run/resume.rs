@@ -105,7 +105,9 @@ pub(super) struct Resumed {
 pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
     let Checkpoint { deck, run, state } = Checkpoint::load(path)?;
     let progress = postcard::from_bytes(&run);
-    let progress = progress.map_err(|e| wrong(path, format!("it is damaged ({e})")))?;
+    let progress = progress.map_err(|e| {
+        wrong(path, format!("it is damaged ({e}): use another one, or run from the start"))
+    })?;
     Ok(Resumed { path: path.to_owned(), deck, progress, state: state.into() })
 }
 
@@ -124,6 +126,6 @@ impl Resumed {
             return Err(wrong(&self.path, message));
         }
         let restored = Simulation::restore(model, simd, &self.state);
-        restored.map_err(|error| wrong(&self.path, error.to_string()))
+        restored.map_err(|error| wrong(&self.path, error.code().strip(&error.to_string())))
     }
 }

@@ -201,10 +201,16 @@ impl Session {
         let text = &resumed.deck;
         let (mut saved, _) = ddem_deck::parse_alone(text, &path.display().to_string())?;
         if !ddem_deck::restore_files(&mut saved, &resumed.progress.files) {
-            return Err(resume::wrong(path, "it is not complete"));
+            return Err(resume::wrong(
+                path,
+                "the contents of a file that its deck names are missing: save it again",
+            ));
         }
         if deck.is_some_and(|deck| *deck != saved) {
-            return Err(resume::wrong(path, "it was written by another model"));
+            return Err(resume::wrong(
+                path,
+                "another model wrote it: load it with that model, or without one",
+            ));
         }
         let Built { site, mut model, samplers } = build(&saved, available_memory())?;
         change(&mut model).map_err(ModelError::from)?;

@@ -172,13 +172,15 @@ pub(crate) fn check(
     let (points, cells) = (grid.points.len(), &grid.cells);
     let mut named = (0..cells.shape().0 * cells.len()).map(|at| cells.point(at));
     if let Some(id) = named.find(|&id| id >= points) {
-        let message = format!("a cell names point {id}, but there are {points} points");
+        let message = format!("a cell names point {id}: there are {points} points, from 0");
         return Err(OutputError::mismatch(path, message));
     }
     for Constant { name, location, values } in constants {
         let (have, rows) = (values.len(), grid.rows(*location));
         if have != rows {
-            let message = format!("`{name}` has {have} values instead of {rows}");
+            let message = format!(
+                "`{name}` has {have} values instead of {rows}: give one for each point or cell"
+            );
             return Err(OutputError::mismatch(path, message));
         }
     }
@@ -194,16 +196,19 @@ fn check_names(
     names.extend(fields.iter().map(|f| (f.location, f.name.as_str())));
     for (i, &(location, name)) in names.iter().enumerate() {
         let fault = if name.is_empty() || name == "." || name.contains(['/', '\0']) {
-            "is not a name for an array"
+            "cannot be the name of an array: use another one, without `/`"
         } else if names[..i].contains(&(location, name)) {
-            "is the name of two arrays"
+            "is the name of two arrays: use two names"
         } else {
             continue;
         };
         return Err(OutputError::mismatch(path, format!("`{name}` {fault}")));
     }
     match fields.iter().find(|f| f.components == 0) {
-        Some(f) => Err(OutputError::mismatch(path, format!("`{}` has no components", f.name))),
+        Some(f) => Err(OutputError::mismatch(
+            path,
+            format!("`{}` has no components: give it one or more", f.name),
+        )),
         None => Ok(()),
     }
 }

@@ -99,7 +99,9 @@ impl Results {
                 let components = dataset.get_shape()?.get(1).copied().unwrap_or(1);
                 return Ok(FieldValues { location, components, values: rows(&dataset, first, n)? });
             }
-            Err(format!("there is no array `{name}`").into())
+            let names = |group: &str| root.group(group)?.member_names();
+            let known = [names("PointData")?, names("CellData")?].concat().join("`, `");
+            Err(format!("there is no array `{name}`: the file has `{known}`").into())
         })
     }
 
@@ -127,7 +129,7 @@ fn steps(root: &Group) -> hdf5::Result<usize> {
 fn count(root: &Group, name: &str, step: usize) -> hdf5::Result<usize> {
     let steps = steps(root)?;
     if step >= steps {
-        return Err(format!("there is no step {step}: the file has {steps}").into());
+        return Err(format!("there is no step {step}: the file has {steps}, from 0").into());
     }
     number(root, name, number(&root.group("Steps")?, "PartOffsets", step)?)
 }
@@ -149,7 +151,8 @@ fn first_row(root: &Group, location: Location, name: &str, step: usize) -> hdf5:
 fn rows(dataset: &Dataset, first: usize, n: usize) -> hdf5::Result<Vec<f64>> {
     let shape = dataset.get_shape()?;
     if shape.first().is_none_or(|&have| have < first.saturating_add(n)) {
-        return Err(format!("rows {first} to {} are not in the file", first + n).into());
+        let (name, last) = (dataset.name(), first.saturating_add(n));
+        return Err(format!("`{name}` ends before row {last}: the file is damaged").into());
     }
     if n == 0 {
         return Ok(Vec::new());

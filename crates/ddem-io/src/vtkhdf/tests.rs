@@ -272,3 +272,77 @@ fn pieces_are_whole_chunks_and_cover_the_field() {
         assert!(results.field(&field.name, step).unwrap().values == whole, "{} {step}", field.name);
     }
 }
+
+/// Message about a file, with its name only.
+fn message<T>(done: Result<T, OutputError>) -> String {
+    let error = done.err().unwrap_or_else(|| panic!("no error"));
+    let folder = error.path().parent().unwrap().display().to_string();
+    error.to_string().replace(&format!("{folder}/"), "")
+}
+
+#[test]
+fn refused_meshes_and_fields() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let create = |constants: &[Constant<'_>], fields: &[FieldSpec]| {
+        message(Writer::create(&path, &grid(), constants, fields))
+    };
+    let block = |values| Constant { name: "block", location: Location::Cell, values };
+    let mut cut = grid();
+    cut.points.truncate(9);
+    let mut found = vec![
+        message(Writer::create(&path, &cut, &[], &[])),
+        create(&[block(&[7])], &[]),
+        create(&[block(&[7, 8])], &[FieldSpec::cell("block", 1)]),
+        create(&[], &[FieldSpec::point("a/b", 1)]),
+        create(&[], &[FieldSpec::point("u", 0)]),
+        message(Writer::create_cloud(&path, &[FieldSpec::cell("u", 1)])),
+    ];
+    let mut writer = Writer::create(&path, &grid(), &[], &[]).unwrap();
+    found.push(message(writer.append(0.0, Some(Vec::new()), &mut |_, _, _| ())));
+    let mut writer = Writer::create_cloud(&path, &[]).unwrap();
+    found.push(message(writer.append(0.0, None, &mut |_, _, _| ())));
+    insta::assert_snapshot!(found.join("\n"));
+}
+
+/// Messages about a file with two steps after a change of its arrays.
+fn damaged(change: impl FnOnce(&hdf5::Group), read: &dyn Fn(&std::path::Path) -> String) -> String {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
+    (0..2).for_each(|step| append(&mut writer, step).unwrap());
+    let file = hdf5::File::open_rw(&path).unwrap();
+    change(&file.group("VTKHDF").unwrap());
+    file.close().unwrap();
+    read(&path)
+}
+
+#[test]
+fn damaged_files() {
+    let reopened =
+        |path: &std::path::Path| message(Writer::reopen(path, PointOwner::Mesh, &fields(), 2));
+    let field = |name: &'static str, step| {
+        move |path: &std::path::Path| message(Results::open(path).unwrap().field(name, step))
+    };
+    let replace = |root: &hdf5::Group, name: &str, shape: &[usize]| {
+        root.unlink(name).unwrap();
+        root.new_dataset::<f64>().shape(shape).create(name).unwrap();
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let text = folder.path().join("a.vtkhdf");
+    std::fs::write(&text, "not a mesh").unwrap();
+    let found = [
+        damaged(|_| (), &field("pressure", 0)),
+        damaged(|_| (), &field("stress", 2)),
+        damaged(|root| replace(root, "CellData/stress", &[3, 6]), &field("stress", 1)),
+        damaged(|_| (), &|path| message(Writer::reopen(path, PointOwner::Mesh, &fields(), 3))),
+        damaged(|root| root.unlink("CellData/stress").unwrap(), &reopened),
+        damaged(|root| root.unlink("Steps").unwrap(), &reopened),
+        damaged(|root| replace(root, "NumberOfPoints", &[0]), &reopened),
+        damaged(|root| replace(root, "Steps/Values", &[1]), &reopened),
+        damaged(|root| replace(root, "Steps/Values", &[2, 1, 1]), &reopened),
+        message(Results::open(&text)),
+        message(Results::open(folder.path().join("b.vtkhdf"))),
+    ];
+    insta::assert_snapshot!(found.join("\n"));
+}

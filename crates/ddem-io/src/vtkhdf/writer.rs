@@ -79,8 +79,10 @@ impl Writer {
         let nothing = Grid { points: Vec::new(), cells: Cells::Vertices(0) };
         data::check(&path, &nothing, &[], fields)?;
         if let Some(field) = fields.iter().find(|field| field.location != Location::Point) {
-            let message =
-                format!("`{}` is a field of cells, but the file has points only", field.name);
+            let message = format!(
+                "`{}` is a field of cells, but the file has points only: make it a field of points",
+                field.name
+            );
             return Err(OutputError::mismatch(&path, message));
         }
         let mesh = MeshRows::Cloud { rows: 0 };
@@ -137,8 +139,11 @@ impl Writer {
     ) -> Result<(), OutputError> {
         let cloud = points.map(|points| Grid { cells: Cells::Vertices(points.len()), points });
         if cloud.is_some() != matches!(self.mesh, MeshRows::Cloud { .. }) {
-            let message = "either the mesh or each step has the points";
-            return Err(OutputError::mismatch(&self.path, message.to_owned()));
+            let message = match self.mesh {
+                MeshRows::Fixed { .. } => "the mesh has the points: append steps without points",
+                MeshRows::Cloud { .. } => "each step has points of its own: append it with them",
+            };
+            return Err(OutputError::mismatch(&self.path, message));
         }
         replace::unless_busy(&self.path, || {
             with_file(&self.path, OpenMode::ReadWrite, "writing", |file| {
@@ -261,18 +266,26 @@ fn reopen(
     steps: usize,
 ) -> Result<MeshRows, OutputError> {
     let unusable = |e: hdf5::Error| {
-        OutputError::unusable(path, format!("not a VTKHDF file with time steps ({e})"))
+        let message = format!(
+            "the file is not a VTKHDF file with time steps ({e}): restore it, or run from the start"
+        );
+        OutputError::unusable(path, message)
     };
     let root = file.group("VTKHDF").map_err(unusable)?;
     let have = steps_of(&root).map_err(unusable)?;
     if have < steps {
-        let message = format!("has {have} steps, but the run to resume had written {steps}");
+        let message = format!(
+            "the file has {have} steps, but the run to resume had written {steps}: restore it, or run from the start"
+        );
         return Err(OutputError::mismatch(path, message));
     }
     let mesh = mesh(&root, points, steps).map_err(unusable)?;
     for field in fields {
         if !matches(&root, field).map_err(|e| OutputError::hdf5(path, "reopening", e))? {
-            let message = format!("was written with other fields: no such `{}`", field.name);
+            let message = format!(
+                "the file has no field `{}` like that of the run: restore it, or run from the start",
+                field.name
+            );
             return Err(OutputError::mismatch(path, message));
         }
     }
@@ -290,7 +303,7 @@ fn steps_of(root: &Group) -> hdf5::Result<usize> {
 fn mesh(root: &Group, points: PointOwner, steps: usize) -> hdf5::Result<MeshRows> {
     let sum = |name: &str, parts: usize| -> hdf5::Result<usize> {
         let counts = root.dataset(name)?.read_raw::<i64>()?;
-        let counts = counts.get(..parts).ok_or_else(|| format!("{name} has too few entries"))?;
+        let counts = counts.get(..parts).ok_or_else(|| format!("`{name}` has too few entries"))?;
         let count = |n: &i64| usize::try_from(*n).map_err(|e| format!("{name}: {e}").into());
         counts.iter().map(count).sum()
     };

@@ -16,11 +16,11 @@ const SAME: f64 = 1e-6;
 pub fn check(law: &dyn JointLaw) -> Result<(), String> {
     let tension = law.tension();
     expect(tension.is_finite() && tension >= 0.0, || {
-        format!("tension() is {tension}, expected 0 or more")
+        format!("tension() is {tension}, expected a finite number, 0 or more")
     })?;
     let dilation = law.tan_dilation();
     expect(dilation.is_finite() && dilation >= 0.0, || {
-        format!("tan_dilation() is {dilation}, expected 0 or more")
+        format!("tan_dilation() is {dilation}, expected a finite number, 0 or more")
     })?;
     if let Some(Softening { opening, sliding }) = law.softening() {
         expect(opening >= 0.0 && sliding >= 0.0, || {
@@ -71,7 +71,7 @@ fn bonded(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
 fn failed(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
     let residual = law.residual(normal);
     expect(residual.is_finite() && residual >= 0.0, || {
-        format!("residual({normal}) is {residual}, expected 0 Pa or more")
+        format!("residual({normal}) is {residual}, expected a finite number, 0 Pa or more")
     })?;
     let lifts = -normal * law.tan_dilation();
     expect(lifts <= residual * (1.0 + SAME), || {
@@ -86,7 +86,7 @@ fn failed(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
 fn contact(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
     let strength = law.contact_strength(normal);
     expect(strength.is_finite() && strength >= 0.0, || {
-        format!("contact_strength({normal}) is {strength}, expected 0 Pa or more")
+        format!("contact_strength({normal}) is {strength}, expected a finite number, 0 Pa or more")
     })?;
     expect(normal < 0.0 || strength == 0.0, || {
         format!(
@@ -95,7 +95,7 @@ fn contact(law: &dyn JointLaw, normal: f64) -> Result<(), String> {
     })?;
     let Some(tan) = law.tan_contact_friction() else { return Ok(()) };
     expect(tan.is_finite() && tan >= 0.0, || {
-        format!("tan_contact_friction() is {tan}, expected 0 or more")
+        format!("tan_contact_friction() is {tan}, expected a finite number, 0 or more")
     })?;
     expect((strength + normal * tan).abs() <= SAME * (strength - normal * tan), || {
         format!(

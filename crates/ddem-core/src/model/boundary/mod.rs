@@ -136,8 +136,9 @@ impl Boundaries {
             Fault::new(
                 ErrorCode::UnknownName,
                 format!("boundary[{index}].history"),
-                "there is no such wave",
+                "no boundary with this number has a wave",
             )
+            .help("`velocity` gives a boundary a wave; boundaries are numbered from 0")
         };
         boundary.ok_or_else(fault)?.history = TimeFunction::Computed(function);
         Ok(())

@@ -3,15 +3,18 @@
 use crate::error::ErrorCode;
 use ddem_mesh::MeshError;
 
-/// Fault of a problem that is built from arrays.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+/// Fault of a problem that is built from arrays. Its display ends with the code.
+#[derive(Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum BuildError {
     /// Fault of the mesh.
-    #[error(transparent)]
-    Mesh(#[from] MeshError),
+    #[error("{} [{}]", .0, ErrorCode::InvalidMesh)]
+    Mesh(MeshError),
     /// A number that refers to nothing.
-    #[error("there is no {what} {number}: there are {count}, from 0")]
+    #[error(
+        "there is no {what} {number}: the problem has {count}, numbered from 0 [{}]",
+        ErrorCode::UnknownName
+    )]
     Missing {
         /// Kind of item.
         what: &'static str,
@@ -20,14 +23,26 @@ pub enum BuildError {
         /// Number of existing items.
         count: usize,
     },
+    /// A node without a block.
+    #[error(
+        "node {node} belongs to no block: supports, loads and motions act on nodes of blocks [{}]",
+        ErrorCode::InvalidMesh
+    )]
+    Loose {
+        /// Number of the node.
+        node: u32,
+    },
     /// Four nodes that do not lie on one face of a block.
-    #[error("nodes {quad:?} are no part of a face of a block")]
+    #[error(
+        "nodes {quad:?} are not on one face of a block: give four nodes of one face [{}]",
+        ErrorCode::InvalidMesh
+    )]
     NoFace {
         /// The four nodes.
         quad: [u32; 4],
     },
     /// Two faces that a joint cannot join.
-    #[error("blocks {blocks:?} cannot be joined by joint `{joint}`: {why}")]
+    #[error("joint `{joint}` cannot join blocks {blocks:?}: {why} [{}]", ErrorCode::NotSupported)]
     NoJoint {
         /// The two blocks.
         blocks: [usize; 2],
@@ -37,7 +52,11 @@ pub enum BuildError {
         why: String,
     },
     /// More items than 16-bit numbers can count; one of these numbers means none.
-    #[error("there are {count} {what}: {} are the most", u16::MAX)]
+    #[error(
+        "there are {count} {what}: at most {} can be numbered [{}]",
+        u16::MAX,
+        ErrorCode::TooLarge
+    )]
     TooMany {
         /// Kind of item.
         what: &'static str,
@@ -45,7 +64,7 @@ pub enum BuildError {
         count: usize,
     },
     /// A joint law with numbers that springs cannot have.
-    #[error("the law of joint `{joint}`: {why}")]
+    #[error("the law of joint `{joint}`: {why} [{}]", ErrorCode::InvalidLaw)]
     Law {
         /// Name of the joint.
         joint: String,
@@ -53,7 +72,11 @@ pub enum BuildError {
         why: String,
     },
     /// A node of a rigid block that is not one of its corners.
-    #[error("node {node} is inside of rigid block {block}, of which only the corners are nodes")]
+    #[error(
+        "node {node} is no corner of block {block}: a rigid block keeps only the nodes at its corners, give one of \
+         them [{}]",
+        ErrorCode::InvalidMesh
+    )]
     InRigid {
         /// Number of the node.
         node: u32,
@@ -62,12 +85,22 @@ pub enum BuildError {
     },
 }
 
+crate::debug_as_display!(BuildError);
+
+impl From<MeshError> for BuildError {
+    fn from(error: MeshError) -> Self {
+        Self::Mesh(error)
+    }
+}
+
 impl BuildError {
     /// Code of the error.
     #[must_use]
     pub fn code(&self) -> ErrorCode {
         match self {
-            Self::Mesh(_) | Self::NoFace { .. } | Self::InRigid { .. } => ErrorCode::InvalidMesh,
+            Self::Mesh(_) | Self::NoFace { .. } | Self::InRigid { .. } | Self::Loose { .. } => {
+                ErrorCode::InvalidMesh
+            }
             Self::Missing { .. } => ErrorCode::UnknownName,
             Self::NoJoint { .. } => ErrorCode::NotSupported,
             Self::TooMany { .. } => ErrorCode::TooLarge,

@@ -15,8 +15,8 @@ use ddem_mechanics::law;
 use ddem_mesh::in_situ::Stress;
 use ddem_mesh::properties::{ContactProperties, JointProperties, Kinematics, Properties};
 use ddem_mesh::{
-    BlockFace, Geometry, HexMesh, MeshBlock, MeshError, MeshFaces, NonconformingJoint, Stages,
-    Topology, Vec3, bounds,
+    BlockFace, Geometry, HexMesh, MeshBlock, MeshFaces, NonconformingJoint, Stages, Topology, Vec3,
+    bounds,
 };
 
 /// A joint between two faces of blocks.
@@ -53,7 +53,7 @@ impl ProblemBuilder {
     /// # Errors
     ///
     /// Faults of the mesh.
-    pub fn new(mesh: &HexMesh, material: Elastic) -> Result<Self, MeshError> {
+    pub fn new(mesh: &HexMesh, material: Elastic) -> Result<Self, BuildError> {
         let blocks = mesh.parallelepipeds()?;
         Ok(Self {
             properties: Properties {
@@ -246,10 +246,7 @@ impl ProblemBuilder {
             let block = self.blocks.iter().position(|block| block.nodes.contains(&node));
             match block {
                 Some(block) => BuildError::InRigid { node, block },
-                None => {
-                    let count = self.n_nodes;
-                    BuildError::Missing { what: "node of a block", number: node as usize, count }
-                }
+                None => BuildError::Loose { node },
             }
         };
         numbers[node as usize].ok_or_else(inside)

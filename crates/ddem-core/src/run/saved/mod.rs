@@ -27,20 +27,25 @@ pub struct Saved {
     bytes: Vec<u8>,
 }
 
-/// Reason why a simulation cannot continue from a saved state.
+/// Reason why a simulation cannot continue from a saved state. Its display ends with the code.
 #[derive(Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RestoreError {
     /// Another version of the program wrote the state.
     #[error(
         "the saved state has format {found}; this version of ddem reads format {FORMAT}: resume with the version that wrote \
-         it, or run from the start"
+         it, or run from the start [{}]",
+        ErrorCode::CheckpointMismatch
     )]
     Format {
         /// Number of its encoding.
         found: u32,
     },
     /// The state belongs to a model of another size.
-    #[error("it belongs to another model, with {saved} {what} instead of {model}")]
+    #[error(
+        "the saved state belongs to another model, with {saved} {what} instead of {model}: restore it with the model \
+         that was saved [{}]",
+        ErrorCode::CheckpointMismatch
+    )]
     Model {
         /// Quantity that differs.
         what: &'static str,
@@ -50,7 +55,10 @@ pub enum RestoreError {
         model: u64,
     },
     /// The bytes are not those that were saved.
-    #[error("its state is damaged: {what}")]
+    #[error(
+        "the saved state is damaged ({what}): use another one, or run from the start [{}]",
+        ErrorCode::InvalidFile
+    )]
     Damaged {
         /// Description of the fault.
         what: String,
@@ -227,3 +235,6 @@ impl Simulation {
         self.initial_energy = run.initial_energy;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -65,10 +65,10 @@ impl<'a> MapAccess<'a> for Keys<'a, '_> {
     }
 
     fn next_value_seed<V: DeserializeSeed<'a>>(&mut self, seed: V) -> Result<V::Value, Mistake> {
-        match self.value.take() {
-            Some(value) => seed.deserialize(value),
-            None => Err(Mistake::custom("a value was read before its key")),
-        }
+        let value = self.value.take();
+        seed.deserialize(
+            value.unwrap_or_else(|| unreachable!("serde reads a key before its value")),
+        )
     }
 }
 
