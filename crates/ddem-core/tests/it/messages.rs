@@ -29,6 +29,7 @@ fn meshes() {
         of_mesh(1, 1, |mesh| mesh.nodes.iter_mut().for_each(|x| x[2] = 0.0)),
         of_mesh(1, 2, |mesh| mesh.nodes[3][1] += 0.01),
         of_mesh(1, 2, |mesh| mesh.hexes[7] = mesh.hexes[0]),
+        of_mesh(1, 3, |mesh| mesh.hexes[13] = mesh.hexes[0]),
         of_mesh(1, 2, |mesh| {
             mesh.hexes.pop();
             mesh.blocks.pop();
@@ -50,10 +51,7 @@ fn problems() {
     };
     let [near, beside] = faces(&mesh, 1.0, 0);
     let [_, far] = faces(&mesh, 2.0, 1);
-    let top = |block: f64| {
-        let on = |x: &[f64; 3]| x[2] == 1.0 && (block..=block + 0.5).contains(&x[0]) && x[1] <= 0.5;
-        <[u32; 4]>::try_from(&at(&mesh, on)[..4]).unwrap()
-    };
+    let [.., p, q, r, t] = mesh.hexes[12];
     let joining = |faces: [[u32; 4]; 2]| of(&|builder| drop(builder.join(faces, 0).unwrap()));
     let mut builder = ProblemBuilder::new(&mesh, rock()).unwrap();
     let missing = |done: Result<&mut ProblemBuilder, _>| done.map(|_| ()).unwrap_err();
@@ -74,7 +72,7 @@ fn problems() {
         joining([inside, far]),
         joining([near, near]),
         joining([near, far]),
-        joining([near, top(1.0)]),
+        joining([near, [p, q, r, t]]),
         of(&|builder| {
             let other = builder.joint(JointProperties { name: "bed".into(), ..section(1e6) });
             builder.join([near, beside], 0).unwrap().join([near, beside], other).unwrap();
@@ -102,11 +100,20 @@ fn apart() -> String {
     builder.build().map(|_| ()).expect_err("refused").to_string()
 }
 
+/// A block without joints.
+fn bare() -> ddem_core::Model {
+    let mut deck = deck([1; 3], [1.0; 3], 1, 0.0);
+    deck.joints.clear();
+    deck.blocks[0].joint = None;
+    model(&deck)
+}
+
 #[test]
 fn laws_and_histories_of_programs() {
     let mut model = model(&pile());
     let half: Arc<ddem_core::Function> = Arc::new(|_| Ok(0.5));
     let mut found: Vec<String> = [
+        bare().set_law("seam", Arc::new(MohrCoulomb::default())),
         model.set_law("sem", Arc::new(MohrCoulomb::default())),
         model.set_load_history(3, half.clone()),
         model.set_charge_history(0, half.clone()),
@@ -133,19 +140,27 @@ fn laws_and_histories_of_programs() {
     insta::assert_snapshot!(found.join("\n"));
 }
 
-/// Supports at two corners leave a rotation about the line through them.
+/// Supports at two corners leave a rotation about the line through them; three pairs of sliding edges
+/// leave a screw about it.
 #[test]
-fn oblique_free_motion() {
-    let corner = |x: f64| {
-        let all = Some(ddem_deck::Extent::Plane(x));
-        ddem_deck::Where { x: all, y: all, z: all, ..ddem_deck::Where::default() }
+fn oblique_free_motions() {
+    let at = |[x, y, z]: [Option<f64>; 3]| {
+        let [x, y, z] = [x, y, z].map(|at| at.map(ddem_deck::Extent::Plane));
+        ddem_deck::Where { x, y, z, ..ddem_deck::Where::default() }
     };
-    let mut deck = deck([1; 3], [1.0; 3], 1, 0.0);
+    let mut deck = deck([1; 3], [1.0; 3], 2, 0.0);
     deck.joints.clear();
     deck.blocks[0].joint = None;
-    deck.fix = vec![fix(corner(0.0), "xyz"), fix(corner(1.0), "xyz")];
     deck.stage = vec![relax_stage("static")];
-    insta::assert_snapshot!(deck.build().map(|_| ()).expect_err("a mechanism").to_string());
+    let message = |deck: &ddem_deck::Deck| deck.build().map(|_| ()).expect_err("free").to_string();
+    deck.fix = [0.0, 1.0].map(|x| fix(at([Some(x); 3]), "xyz")).into();
+    let turns = message(&deck);
+    let edges = [(Some(1.0), Some(0.5)), (Some(0.5), Some(0.0))];
+    let sliding = edges.map(|(a, b)| {
+        [fix(at([None, a, b]), "x"), fix(at([b, None, a]), "y"), fix(at([a, b, None]), "z")]
+    });
+    deck.fix = sliding.concat();
+    insta::assert_snapshot!([turns, message(&deck)].join("\n"));
 }
 
 /// Numbers that do not exist are faults of the program, which panics.
