@@ -146,7 +146,10 @@ fn resize(dataset: &Dataset, shape: &[usize], rows: usize) -> hdf5::Result<()> {
     match *shape {
         [_] => dataset.resize(rows),
         [_, columns] => dataset.resize((rows, columns)),
-        _ => Err("an array has neither one nor two dimensions".into()),
+        _ => {
+            let name = dataset.name();
+            Err(format!("`{name}` has {} dimensions: the file is damaged", shape.len()).into())
+        }
     }
 }
 
@@ -154,9 +157,9 @@ fn resize(dataset: &Dataset, shape: &[usize], rows: usize) -> hdf5::Result<()> {
 pub(crate) fn cut(group: &Group, name: &str, rows: usize) -> hdf5::Result<()> {
     let dataset = group.dataset(name)?;
     let shape = dataset.get_shape()?;
-    let have = shape.first().copied().unwrap_or(0);
-    if have < rows {
-        return Err(format!("`{name}` has {have} rows instead of {rows} or more").into());
+    if shape.first().is_none_or(|&have| have < rows) {
+        let name = dataset.name();
+        return Err(format!("`{name}` ends before row {rows}: the file is damaged").into());
     }
     resize(&dataset, &shape, rows)
 }

@@ -9,7 +9,7 @@ use ddem_deck::{Deck, Source, Stage, StageKind};
 use super::files::nudge;
 use super::record::Recorder;
 use super::report::{Built, available_memory, check_steps, located, prepare, report};
-use super::resume;
+use super::resume::{self, Resumed};
 use super::safety::search;
 use super::session::Session;
 use super::stage::{Halt, MovedBy, Running, failed};
@@ -70,25 +70,7 @@ impl<'a> Drive<'a> {
         let (folder, session);
         if options.earlier == Earlier::Resume {
             folder = open()?;
-            let path = folder.checkpoint();
-            let resumed = resume::load(&path).map_err(|failure| match failure {
-                RunFailure::Output(error) => {
-                    resume::wrong(&path, error.code().strip(&error.to_string()))
-                }
-                failure => failure,
-            })?;
-            if resumed.deck != text {
-                return Err(resume::wrong(
-                    &path,
-                    "another version of the deck wrote it: restore that deck, or run from the start",
-                ));
-            }
-            if let Some(path) = changed(deck, &resumed.progress.files) {
-                let message = format!(
-                    "it was written with another content of `{path}`: restore that file, or run from the start"
-                );
-                return Err(resume::wrong(&folder.checkpoint(), message));
-            }
+            let resumed = load_checkpoint(&folder, deck, &text)?;
             let mut simulation = resumed.simulation(model, options.simd)?;
             simulation.stop_when(observer.stop_flag());
             recorder.reopen(&folder, simulation.model(), resumed.progress.position)?;
@@ -189,6 +171,26 @@ impl<'a> Drive<'a> {
         cursor.warn(site.deck(), warning, *observer);
         Ok(Ended::Done(None))
     }
+}
+
+/// Checkpoint of a folder, which must come from the same deck with the same files.
+fn load_checkpoint(folder: &Folder, deck: &Deck, text: &str) -> Result<Resumed, RunFailure> {
+    let path = folder.checkpoint();
+    let resumed = resume::load(&path).map_err(|failure| match failure {
+        RunFailure::Output(OutputError::Unusable { message, .. }) => resume::wrong(&path, message),
+        RunFailure::Output(error) => resume::wrong(&path, error.code().strip(&error.to_string())),
+        failure => failure,
+    })?;
+    let message = if resumed.deck != text {
+        "another version of the deck wrote it: restore that deck, or run from the start".to_owned()
+    } else if let Some(file) = changed(deck, &resumed.progress.files) {
+        format!(
+            "it was written with another content of `{file}`: restore that file, or run from the start"
+        )
+    } else {
+        return Ok(resumed);
+    };
+    Err(resume::wrong(&path, message))
 }
 
 /// True if a stage finds the equilibrium whose factor of safety the next stage searches for.

@@ -68,8 +68,11 @@ fn doubtful_factors_of_safety_warn() {
     let jointed = CUBE.to_owned()
         + "count = [1, 1, 2]\njoint = 'seam'\n[model]\ngravity = [0, 0, -10]\n[[fix]]\nwhere = { z = 0.0 }\n\
            axes = 'xyz'\n[joints.seam]\nnormal_stiffness = 1e10\nshear_stiffness = 1e10\n";
-    let (deck, _) = ddem_deck::parse_alone(&jointed, "blocks.toml").unwrap();
-    let mut simulation = ddem_core::Simulation::new(deck.build().unwrap());
-    let holds = of_searches(&mut simulation, vec![safety([Some(4.0), None], vec![])]);
-    insta::assert_snapshot!([undecided, holds].join("\n"));
+    let held = jointed.replace("z = 0.0", "z = [0, 1]");
+    let holds = [jointed, held].map(|text| {
+        let (deck, _) = ddem_deck::parse_alone(&text, "blocks.toml").unwrap();
+        let mut simulation = ddem_core::Simulation::new(deck.build().unwrap());
+        of_searches(&mut simulation, vec![safety([Some(4.0), None], vec![])])
+    });
+    insta::assert_snapshot!([undecided, holds.join("\n")].join("\n"));
 }

@@ -72,11 +72,11 @@ fn changed(model: fn() -> Model, change: &dyn Fn(&mut State, &mut RunState)) -> 
     message(model(), encoded(numbers, &state, run))
 }
 
-type Change = &'static dyn Fn(&mut State, &mut RunState);
+type StateChange = &'static dyn Fn(&mut State, &mut RunState);
 
 #[test]
 fn states_that_contradict_themselves() {
-    let of_pair: [Change; 20] = [
+    let of_pair: [StateChange; 20] = [
         &|state, _| state.stage = 7,
         &|state, _| state.stage_entry = Some(StageEntry { from_stage: 9, first: 9 }),
         &|state, _| state.released.extend([(0, FadingForces::default())]),
