@@ -1,4 +1,4 @@
-//! V16, V17: initial stress, and displacements when blocks are removed from stressed rock.
+//! V16, V17: in-situ stress, and displacements when blocks are removed from stressed rock.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ fn overburden_stays() {
     let unbalanced = run.summary.stages[0].unbalanced;
     check(case, "unbalanced force ratio at the start", 0.0, unbalanced, Of(1.0, 1e-10));
     check(case, "steps to equilibrium", 0.0, run.steps() as f64, Absolute(0.0));
-    // Settlement under 50 m of rock without the initial stress.
+    // Settlement under 50 m of rock without the in-situ stress.
     let settled = 2500.0 * 9.81 * 50.0 * 4.0 / 21.6e9;
     check(case, "way of the top, in motion [m]", 0.0, run.last("top.z"), Of(settled, 1e-11));
     let weight = 3.0 * 2.0 * 2500.0 * 9.81 * 54.0;

@@ -64,7 +64,7 @@ fn faces_without_initial_stress_balance_are_named() {
     let (_, outcome) = run_deck(&COLUMN.replace("where = { z = 4.0 }", "where = { z = 0.0 }"));
     assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     let words = outcome.stderr.split_whitespace().collect::<Vec<_>>().join(" ");
-    let expected = "initial: the outer faces at z = 4.000000 m, looking along +z do not carry the initial stress";
+    let expected = "initial: the outer faces at z = 4.000000 m, looking along +z do not carry the in-situ stress";
     assert!(words.contains(expected), "{words}");
     // -8 MPa on a square metre.
     assert!(words.contains("-8.0000e6] N are missing, 100.00 %"), "{words}");

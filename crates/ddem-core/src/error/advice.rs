@@ -1,5 +1,7 @@
 //! Causes and remedies in the messages of run errors.
 
+use std::fmt::Display;
+
 use super::MovingBlock;
 
 /// Likely cause of a block that moves too fast.
@@ -85,17 +87,22 @@ pub(super) fn named(moving: &[MovingBlock]) -> String {
         },
     );
     let more = if moving.len() > NAMED { ", ..." } else { "" };
-    let blocks = if moving.len() == 1 {
-        "1 block keeps moving".to_owned()
-    } else {
-        format!("{} blocks keep moving", moving.len())
-    };
-    format!("{blocks}: {}{more}", each.collect::<Vec<_>>().join("; "))
+    let verb = if moving.len() == 1 { "keeps" } else { "keep" };
+    let blocks = counted(moving.len(), "block");
+    format!("{blocks} {verb} moving: {}{more}", each.collect::<Vec<_>>().join("; "))
 }
 
 /// Number of failed pairs, for a message.
 pub(super) fn after(failed: u64) -> String {
-    if failed == 0 { String::new() } else { format!(", after {failed} pairs have failed") }
+    if failed == 0 {
+        return String::new();
+    }
+    format!(", after the failure of {}", counted(failed, "pair"))
+}
+
+/// Number of things with their noun, in the plural unless there is one.
+pub fn counted<N: Display + PartialEq + From<u8>>(number: N, noun: &str) -> String {
+    if number == N::from(1) { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }
 
 /// Likely cause of a relaxation that takes too long.
@@ -106,7 +113,7 @@ pub(super) fn hint(ratio: f64, failed: u64) -> String {
         }
         (false, 0) => String::new(),
         (false, failed) => {
-            format!("; {failed} pairs have failed, and blocks that they held may still move")
+            format!("; after the failure of {}, blocks may still move", counted(failed, "pair"))
         }
     }
 }

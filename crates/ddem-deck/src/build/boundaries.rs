@@ -122,7 +122,7 @@ fn held_in_part(
     let side = problem.boundaries.list[index].wave.is_none() && moves;
     let (axis, fix) = hold.across.filter(|_| side)?;
     let message = format!(
-        "fix {fix} holds the nodes along {}, their normal, in stage `{}`: waves along it are reflected",
+        "`fix[{fix}]` holds the nodes along {}, their normal, in stage `{}`: waves along it are reflected",
         ["x", "y", "z"][axis],
         entry.map_or("", |stage| &stage.name)
     );

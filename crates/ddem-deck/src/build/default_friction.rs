@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use ddem_core::counted;
 use ddem_core::problem::{BlockFace, FRICTION, Geometry, shown};
 
 use super::geometry::touching::TouchingFaces;
@@ -68,7 +69,7 @@ fn warning(deck: &Deck, unused: &Unused, faces: usize) -> Diagnostic {
     let [own, other] = [unused.own, unused.other].map(|set| deck.set_name(set));
     let name = nth(deck, unused.joint).map_or("", |(name, _)| name);
     let angle = shown(friction(deck, unused.joint).unwrap_or_default());
-    let faces = if faces == 1 { "1 face".to_owned() } else { format!("{faces} faces") };
+    let faces = counted(faces, "face");
     let message = format!(
         "sets `{own}` and `{other}` touch over {faces} without a joint between them: their contacts have the \
          default friction angle of {} degrees, not the {angle} degrees of joint `{name}`, which set `{own}` names",

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use ddem_core::problem::{BlockFace, Geometry};
-use ddem_core::{ErrorCode, Fault, Problem};
+use ddem_core::{ErrorCode, Fault, Problem, counted};
 
 use super::at_stage;
 use super::charge::is_wall;
@@ -64,8 +64,8 @@ pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<Diagnostic> {
         let within: Vec<&BlockFace> = faces.filter(|face| is_wall(geometry, face)).collect();
         if let Some(first) = within.first() {
             let message = format!(
-                "{} faces lie where blocks have been removed, the first at {}: there is no rock behind them",
-                within.len(),
+                "it acts on {} of removed blocks, the first at {}: there is no rock behind",
+                counted(within.len(), "face"),
                 shown(geometry, first)
             );
             let at = format!("boundary[{index}].where");

@@ -52,7 +52,7 @@ impl BuiltDeck {
         });
         let stressed = self.deck.initial.iter().enumerate().filter_map(|(index, entry)| {
             entry.stress?;
-            let what = format!("initial stress {index}");
+            let what = format!("in-situ stress {index}");
             of(format!("initial[{index}]"), what, self.at_stage(None), &entry.region)
         });
         self.selections.iter().cloned().chain(assigned).chain(stressed).collect()

@@ -29,7 +29,7 @@ pub(super) fn unjoined(deck: &Deck, problem: &Problem) -> Vec<Fault> {
     let fault = |[a, b]: [usize; 2]| {
         let message = format!(
             "sets `{}` and `{}` touch without a joint: contacts begin without force, so they carry \
-             no initial stress",
+             no in-situ stress",
             deck.set_name(a),
             deck.set_name(b)
         );

@@ -2,8 +2,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use ddem_core::Model;
 use ddem_core::problem::{BlockFace, Geometry, Vec3};
+use ddem_core::{Model, counted};
 
 use super::BuiltDeck;
 use crate::lint::{Code, Diagnostic};
@@ -94,7 +94,7 @@ impl BuiltDeck {
         let wrong: Vec<usize> = (0..stresses.len()).filter(wrong).collect();
         let first = *wrong.first()?;
         let required = -gravity * self.density(model, first);
-        let [x, y, z] = required.into();
+        let [x, y, z] = required.map(|x| x + 0.0).into();
         let stress = stresses[first]?;
         let divergence = stress.divergence();
         // There is advice only for one axis, so that no other component of the gradient changes.
@@ -107,9 +107,9 @@ impl BuiltDeck {
             format!("put `gradient = {{ {axis} = {slope:?} }}` into `[[initial]]`")
         });
         let message = format!(
-            "the initial stress does not balance the weight of {} blocks, first of block {first} of set `{}`: \
+            "the in-situ stress does not balance the weight of {}, first of block {first} of set `{}`: \
              its divergence is ({:.4e}, {:.4e}, {:.4e}) N/m³, but the weight requires ({x:.4e}, {y:.4e}, {z:.4e})",
-            wrong.len(),
+            counted(wrong.len(), "block"),
             model.set_name(first),
             divergence.x,
             divergence.y,
@@ -164,7 +164,7 @@ impl PlaneBalance {
         };
         let [x, y, z] = self.lacking.into();
         let message = format!(
-            "the outer faces at {place} do not carry the initial stress: [{x:.4e}, {y:.4e}, {z:.4e}] N are \
+            "the outer faces at {place} do not carry the in-situ stress: [{x:.4e}, {y:.4e}, {z:.4e}] N are \
              missing, {:.2} % of what it requires; the model will move to another equilibrium",
             100.0 * self.lacks / self.asked
         );

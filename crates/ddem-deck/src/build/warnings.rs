@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use ddem_core::problem::{Conditions, TimeFunction, TimedCharge, Vec3};
-use ddem_core::{ConformingJoint, ContactWarning, Model};
+use ddem_core::{ConformingJoint, ContactWarning, Model, counted};
 
 use super::BuiltDeck;
 use super::geometry::interface::{gaps, interfaces};
@@ -191,9 +191,9 @@ fn held_joints(model: &Model) -> Vec<Diagnostic> {
         let joints: Vec<&ConformingJoint> = model.faces().iter().filter(is_held).collect();
         if let Some(first) = joints.first() {
             let message = format!(
-                "fix {index} holds both sides of {} joints that can fail, first between blocks {} and {}: \
-                 they cannot slide or open",
-                joints.len(),
+                "both sides of {} that can fail are held, first between blocks {} and {}: they cannot slide or \
+                 open",
+                counted(joints.len(), "joint"),
                 first.a,
                 first.b
             );

@@ -4,7 +4,7 @@ use std::fmt;
 
 use ddem_core::{
     ContactSummary, Energy, JointSummary, Largest, MovingBlock, Reaction, StateSummary, Verdict,
-    undecided,
+    counted, undecided,
 };
 
 use super::{StageSummary, Summary};
@@ -86,10 +86,6 @@ fn point(point: [f64; 3]) -> String {
     format!("({x}, {y}, {z})")
 }
 
-fn plural(number: u64, what: &str) -> String {
-    if number == 1 { format!("1 {what}") } else { format!("{number} {what}s") }
-}
-
 fn largest(Largest { size, block, set, point: at, .. }: &Largest, unit: &str) -> String {
     let of = if set.is_empty() { String::new() } else { format!(" of `{set}`") };
     format!("at most {}, in block {block}{of} at {}", quantity(*size, unit), point(*at))
@@ -97,16 +93,16 @@ fn largest(Largest { size, block, set, point: at, .. }: &Largest, unit: &str) ->
 
 fn joint(JointSummary { pairs, shear, tension, open, .. }: &JointSummary) -> String {
     match shear + tension {
-        0 => format!("holds, {}", plural(*pairs, "pair")),
+        0 => format!("holds, {}", counted(*pairs, "pair")),
         failed => format!(
             "{failed} of {} failed: {shear} in shear, {tension} in tension; {open} open",
-            plural(*pairs, "pair")
+            counted(*pairs, "pair")
         ),
     }
 }
 
 fn contacts(ContactSummary { block_pairs, sliding, open, .. }: &ContactSummary) -> String {
-    let pairs = plural(*block_pairs, "pair");
+    let pairs = counted(*block_pairs, "pair");
     format!(
         "{pairs} of blocks in contact, {sliding} sliding; {open} near each other without touching"
     )

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::error::counted;
+
 /// Size of a `[[charge]]` before detonation, with all blocks in their reference positions.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ChargeSize {
@@ -26,10 +28,8 @@ pub struct ChargeSize {
 impl fmt::Display for ChargeSize {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.joints {
-            0 if self.walls == 1 => write!(f, "1 wall, {:.4e} m³", self.volume)?,
-            0 => write!(f, "{} walls, {:.4e} m³", self.walls, self.volume)?,
-            1 => write!(f, "1 joint, {:.4e} m²", self.area)?,
-            joints => write!(f, "{joints} joints, {:.4e} m²", self.area)?,
+            0 => write!(f, "{}, {:.4e} m³", counted(self.walls, "wall"), self.volume)?,
+            joints => write!(f, "{}, {:.4e} m²", counted(joints, "joint"), self.area)?,
         }
         if let Some(mass) = self.mass {
             write!(f, ", {mass} kg")?;

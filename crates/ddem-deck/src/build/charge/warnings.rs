@@ -8,6 +8,7 @@ use super::cavity::{Cavity, CavityEnd};
 use super::holes::Holes;
 use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
+use ddem_core::counted;
 use ddem_core::problem::{Geometry, Vec3};
 
 /// Atmospheric pressure `[Pa]`.
@@ -39,9 +40,9 @@ pub(super) fn of_cavities(
         }
         if let Some(&first) = cavity.within.first() {
             let message = format!(
-                "{} blocks of set `{}` stand in its cavity, the first with its centre at {}: the gas exerts \
-                 no pressure on them, and their volume counts as cavity",
-                cavity.within.len(),
+                "its cavity contains {} of set `{}`, the first with its centre at {}: the gas exerts no \
+                 pressure there, and this volume counts as cavity",
+                counted(cavity.within.len(), "block"),
                 deck.set_name(geometry.set(first)),
                 place(geometry.centre(first))
             );
@@ -100,8 +101,8 @@ pub(super) fn of_joints(
     let (mut warnings, geometry) = (Vec::new(), holes.geometry);
     let others = TouchingFaces(geometry).joins_at(region);
     if others > 0 {
-        let message =
-            format!("the gas does not push {others} joints between faces that do not match");
+        let others = counted(others, "joint");
+        let message = format!("the gas does not push {others} between faces that do not match");
         let help = "split the blocks on both sides alike, or leave these joints out of `where`";
         warnings.push(of_region(index, Code::NonconformingJoints, message, help));
     }
@@ -116,8 +117,9 @@ pub(super) fn of_joints(
     };
     if hole && let Some(block) = holes.blocks_near(region).find(inside) {
         let message = format!(
-            "no cavity is found: there is a block at {}, and the charge acts on {joints} joints",
-            place(geometry.centre(block))
+            "no cavity is found: there is a block at {}, and the charge acts on {}",
+            place(geometry.centre(block)),
+            counted(joints, "joint")
         );
         let help = "a `[[remove]]` makes the hole";
         warnings.push(of_region(index, Code::MissingRemove, message, help));
