@@ -14,7 +14,7 @@ use super::shared::{Frames, How, StopAfter, run_into};
 
 /// Two walls with weak joints, one of them rigid, on a floor. A driven block breaks them, and
 /// another block falls on the rubble.
-fn rubble() -> String {
+pub(crate) fn rubble() -> String {
     let wall = |name: &str, y: f64, body: &str| {
         format!(
             "[[blocks]]\nname = '{name}'\nbody = '{body}'\norigin = [0, {y}, 0]\nsize = [1.5, 0.8, 1]\n\

@@ -18,5 +18,6 @@ mod joint_failure;
 mod loads;
 mod memory;
 mod naming;
+mod profile;
 mod resume;
 mod session;

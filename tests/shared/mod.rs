@@ -67,11 +67,13 @@ pub struct How {
     pub resume: bool,
     /// Number of queries after which the run is interrupted.
     pub stop_after: Option<u64>,
+    /// True to measure the wall time of each phase.
+    pub profile: bool,
 }
 
 impl Default for How {
     fn default() -> Self {
-        Self { threads: 1, simd: Simd::default(), resume: false, stop_after: None }
+        Self { threads: 1, simd: Simd::default(), resume: false, stop_after: None, profile: false }
     }
 }
 
@@ -82,6 +84,7 @@ pub fn run_into(text: &str, folder: &Path, how: How) -> bool {
     let mut options = Options::new(folder);
     options.threads = Some(how.threads);
     options.simd = how.simd;
+    options.profile = how.profile;
     options.earlier = if how.resume { Earlier::Resume } else { Earlier::Overwrite };
     let mut observer = StopAfter(how.stop_after.unwrap_or(u64::MAX));
     match ddem_io::run::run(&deck, &source, &options, &mut observer) {

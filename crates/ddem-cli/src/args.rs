@@ -124,6 +124,9 @@ pub(crate) struct RunArguments {
     /// Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
     #[arg(long, conflicts_with = "resume")]
     pub(crate) overwrite: bool,
+    /// Measure the time of each phase of the steps, and print it at the end of each stage
+    #[arg(long)]
+    pub(crate) profile: bool,
     /// Instruction set of the kernels, which does not change the results
     #[arg(long, value_name = "NAME", value_parser = simd, hide = true)]
     pub(crate) simd: Option<Simd>,
@@ -160,6 +163,9 @@ impl RunArguments {
         }
         if let Some(threads) = self.threads {
             command += &format!(" --threads {threads}");
+        }
+        if self.profile {
+            command += " --profile";
         }
         command + " --resume"
     }
@@ -275,6 +281,10 @@ mod tests {
         assert_eq!(
             command(&["ddem", "my beam.toml", "--threads", "2", "--out", "it's", "--quiet"]),
             r"ddem 'my beam.toml' --out='it'\''s' --threads 2 --resume"
+        );
+        assert_eq!(
+            command(&["ddem", "beam.toml", "--profile"]),
+            "ddem beam.toml --profile --resume"
         );
         assert_eq!(command(&["ddem", "--", "-x"]), "ddem ./-x --resume");
     }

@@ -134,6 +134,7 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     options.threads = args.threads;
     options.earlier = args.earlier();
     options.simd = args.simd.unwrap_or_default();
+    options.profile = args.profile;
 
     let screen = Screen::new(args.quiet);
     let stop = stop_on_interrupt(&screen);

@@ -146,6 +146,9 @@ impl Observer for Watcher {
             Event::StageDone(stage) => {
                 self.screen.clear();
                 self.screen.line(&end(stage, self.failed));
+                if let Some(profile) = &stage.profile {
+                    self.screen.line(&format!("{profile}\n"));
+                }
                 self.last = Some(stage.clone());
             }
             Event::Trial { stage, trial: SafetyTrial { factor, verdict, steps } } => {

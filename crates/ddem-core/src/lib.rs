@@ -3,7 +3,7 @@
 //! A [`Problem`] is the input as plain data. A [`Model`] is made from it, and a [`Simulation`]
 //! moves the model. The crate `ddem-deck` makes problems from decks; a
 //! [`ProblemBuilder`](problem::ProblemBuilder) makes them from arrays. [`FIELDS`] lists all result
-//! fields. This crate uses no files, no clock and no environment.
+//! fields. This crate uses no files and no environment, and no clock but one that a program gives.
 //!
 //! To read the method in the source, begin with `step/mod.rs`: one explicit step in its order. Then
 //! read
@@ -52,4 +52,5 @@ pub use run::relax::Relaxed;
 pub use run::safety::{Safety, SafetyTrial, undecided};
 pub use run::saved::{RestoreError, Saved};
 pub use run::{SHORTEST_STEP, Simulation};
+pub use state::profile::{Clock, Profile};
 pub use state::watch::Verdict;

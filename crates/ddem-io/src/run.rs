@@ -4,9 +4,11 @@ mod drive;
 mod failure;
 mod files;
 mod mesh;
+mod moved;
 mod open_stage;
 mod plan;
 mod probe;
+mod profile;
 mod record;
 mod report;
 mod resume;
@@ -48,6 +50,8 @@ pub struct Options {
     pub checkpoint_every: Duration,
     /// Instruction set of the kernels. Results do not depend on it.
     pub simd: Simd,
+    /// True to measure the wall time of each phase of the steps. Results do not depend on it.
+    pub profile: bool,
 }
 
 impl Options {
@@ -59,6 +63,7 @@ impl Options {
             earlier: Earlier::Keep,
             checkpoint_every: Duration::from_secs(300),
             simd: Simd::default(),
+            profile: false,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! `summary.json`: the model of a run and the outcome of its stages.
 
+mod profile;
 mod table;
 
 use std::fs::{self, File};
@@ -15,6 +16,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::output_error::OutputError;
 use crate::replace::replace;
 
+pub use profile::StageProfile;
 pub use table::quantity;
 
 /// Contents of `summary.json`.
@@ -193,6 +195,9 @@ pub struct StageSummary {
     /// started.
     #[serde(default)]
     pub state: StateSummary,
+    /// Wall times by phase, if the run is profiled.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<StageProfile>,
 }
 
 impl Summary {

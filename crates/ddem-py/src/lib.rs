@@ -96,6 +96,9 @@ fn load(
 ///     ``NAME.1``, ``NAME.2``, ...
 /// quiet : bool, optional
 ///     No progress bar.
+/// profile : bool, optional
+///     Measure the time of each phase of the steps, for ``stages[i]["profile"]`` of
+///     :attr:`Simulation.summary`.
 ///
 /// Returns
 /// -------
@@ -116,7 +119,7 @@ fn load(
 /// KeyboardInterrupt
 ///     A checkpoint was written first; ``resume=True`` continues the run.
 #[pyfunction]
-#[pyo3(signature = (deck, *, out=None, threads=None, resume=false, overwrite=false, quiet=false))]
+#[pyo3(signature = (deck, *, out=None, threads=None, resume=false, overwrite=false, quiet=false, profile=false))]
 fn run_deck(
     deck: &Bound<'_, PyAny>,
     out: Option<PathBuf>,
@@ -124,6 +127,7 @@ fn run_deck(
     resume: bool,
     overwrite: bool,
     quiet: bool,
+    profile: bool,
 ) -> PyResult<PySimulation> {
     let py = deck.py();
     let earlier = match (resume, overwrite) {
@@ -165,7 +169,7 @@ fn run_deck(
     };
     let (deck, source) = read.map_err(|error| located(&error))?;
     let mut options = Options::new(out.unwrap_or_else(|| Path::new("results").join(name)));
-    (options.threads, options.earlier) = (pool.threads(), earlier);
+    (options.threads, options.earlier, options.profile) = (pool.threads(), earlier, profile);
     drive::driven(py, (&deck, &source), (&options, pool), &located, quiet)
 }
 

@@ -82,7 +82,7 @@ impl PySimulation {
             let warnings = session.search_warnings(&search, &found);
             Ok((found, warnings))
         })?;
-        let (Safety { factor, bracket, trials, failing }, warnings) =
+        let (Safety { factor, bracket, trials, failing, .. }, warnings) =
             outcome(found, stopped, |error: RunError| errors::run_error(py, &error, ""))?;
         let trials = trials.into_iter().map(|trial| {
             let SafetyTrial { factor, verdict, steps } = trial;

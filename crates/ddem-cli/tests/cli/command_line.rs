@@ -30,6 +30,7 @@ fn help_goes_to_standard_output() {
           --check        Build the model, report its size, memory and run time, and stop
           --resume       Continue from the checkpoint in the folder of the results
           --overwrite    Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
+          --profile      Measure the time of each phase of the steps, and print it at the end of each stage
       -h, --help         Print help
       -V, --version      Print version
 

@@ -3,8 +3,10 @@
 mod conditions;
 mod excavation;
 mod increment;
+mod masses;
 mod measure;
 mod peaks;
+mod profile;
 pub(crate) mod relax;
 mod results;
 mod rounding;

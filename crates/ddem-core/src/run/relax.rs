@@ -7,7 +7,6 @@
 //! The motion restarts from rest when it turns against the forces (`F·v < 0`). It is near-critical
 //! for the lowest mode that is still active, without an estimate of its frequency.
 
-use std::collections::HashMap;
 use std::sync::atomic::Ordering;
 
 use crate::error::RunError;
@@ -16,13 +15,9 @@ use crate::run::{ROUNDING_CHECKS, Simulation};
 use crate::state::motion::Motion;
 use crate::state::{RelaxationProgress, State};
 use crate::step::preconditioner::{ContactMasses, Preconditioner, Relaxation, has_rotated};
-use crate::step::timestep::{largest_clustered, largest_of_gases};
 use crate::step::{EvaluationStep, advance_relaxing, balance};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::StepSums;
-
-/// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
-const LARGEST: f64 = 3.6;
 
 /// Unbalanced force ratio at which pairs are checked for failure, if the tolerance is not larger.
 const NEAR: f64 = 1e-4;
@@ -126,47 +121,6 @@ impl Simulation {
         let preconditioner = self.masses(&progress.to, stop)?;
         self.relaxation = Some(Relaxation { progress, preconditioner });
         Ok(())
-    }
-
-    /// Masses with which Δt = 1 is stable, for the present contacts and for the gas of charges at
-    /// the load factors `to`. Once pairs have failed, they cover every further failure.
-    fn masses(&mut self, to: &[f64], stop: &dyn Fn() -> bool) -> Result<Preconditioner, RunError> {
-        let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
-        for (node, axis) in self.view.conditions.held() {
-            held.entry(node).or_default()[axis] = true;
-        }
-        let has_failed = self.state.failed != [0; 2];
-        let contact_masses = ContactMasses::new(&self.model, &self.state.contacts);
-        let mut preconditioner = Preconditioner::new(&self.model, &held, contact_masses, stop)?;
-        let mut largest: f64 = 0.0;
-        for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {
-            let mut broken_joints = self.model.tangent(broken);
-            let found = largest_clustered(
-                &self.model,
-                &preconditioner,
-                &mut broken_joints,
-                &mut self.scratch,
-                stop,
-            )?;
-            largest = largest.max(found);
-        }
-        largest += self.gas(&preconditioner, to);
-        // Contacts are at most as stiff as their part of the masses, and add to the other
-        // stiffness.
-        preconditioner.scale(LARGEST / (largest + if contact_masses.any { 1.0 } else { 0.0 }));
-        Ok(preconditioner)
-    }
-
-    /// Largest eigenvalue added by the gas of the charges in force.
-    fn gas(&mut self, preconditioner: &Preconditioner, factors: &[f64]) -> f64 {
-        let factors = factors.iter().skip(self.model.conditions.loaded.len());
-        let charges = self.charged().zip(factors).filter(|(_, factor)| **factor > 0.0);
-        let gases = charges.filter_map(|((charge, gas), factor)| {
-            let (stiffness, areas) = charge.stiffness(&self.wall_displacements(charge), gas)?;
-            Some((charge.nodes.clone(), factor * stiffness, areas))
-        });
-        let gases: Vec<_> = gases.collect();
-        largest_of_gases(&self.model, preconditioner, &gases, &mut self.scratch)
     }
 
     /// Sets the motion as after a relaxation: everything at rest, with the last loads.

@@ -15,6 +15,7 @@ use crate::model::stage::SafetySearch;
 use crate::run::Simulation;
 use crate::run::relax::Relaxed;
 use crate::run::saved::Saved;
+use crate::state::profile::Profile;
 use crate::state::watch::Verdict;
 use ddem_mechanics::math::simd::Simd;
 
@@ -45,6 +46,9 @@ pub struct Safety {
     pub trials: Vec<SafetyTrial>,
     /// Unstable trial of the smallest factor, in its final state.
     pub failing: Option<Box<Simulation>>,
+    /// Wall times of all trials. Two trials run at once, so that the sum may exceed the wall time
+    /// of the search.
+    pub profile: Profile,
 }
 
 /// True if the trial of a factor was undecided.
@@ -80,8 +84,13 @@ impl Simulation {
         if let Some(fault) = self.model.without_strength("") {
             return Err(RunError::Values { faults: vec![fault] });
         }
-        let mut found =
-            Safety { factor: None, bracket: [None; 2], trials: Vec::new(), failing: None };
+        let mut found = Safety {
+            factor: None,
+            bracket: [None; 2],
+            trials: Vec::new(),
+            failing: None,
+            profile: Profile::default(),
+        };
         self.try_both(search, search.bracket, &mut found, tell)?;
         while let [Some(stable), Some(unstable)] = found.bracket {
             if unstable - stable <= search.resolution {
@@ -121,6 +130,7 @@ impl Simulation {
         });
         for tried in tried.collect::<Vec<_>>() {
             let (trial, mut simulation) = tried?;
+            found.profile.add(&simulation.take_profile(), 1.0);
             let [stable, unstable] = &mut found.bracket;
             if trial.verdict != Verdict::AtRest {
                 if unstable.is_none_or(|known| trial.factor < known) {
@@ -160,6 +170,7 @@ impl Simulation {
         // Among the states of a run, only one that is not finite cannot be restored.
         let mut copy = Self::restore(model, simd, saved).map_err(|_| self.diverged())?;
         copy.stop_when(self.stop.clone());
+        copy.set_clock(self.scratch.profiler.clock);
         copy.model.laws.clone_from(&self.model.laws);
         Ok(copy)
     }

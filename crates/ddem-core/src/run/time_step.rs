@@ -8,6 +8,7 @@ use crate::error::RunError;
 use crate::model::Model;
 use crate::model::stage::{Damping, TimeStep, allow_motion};
 use crate::state::motion::Motion;
+use crate::state::profile::Phase;
 use crate::step::timestep::largest_eigenvalue;
 use ddem_joint::contact::{AddedStiffness, ContactSurfaces, bound};
 use ddem_mechanics::math::lanes::Lanes;
@@ -94,6 +95,7 @@ impl Simulation {
         if let Some(step) = self.critical_steps[usize::from(broken)] {
             return Ok(step);
         }
+        let span = self.scratch.profiler.begin();
         let mass = |inertia: &ddem_mesh::inertia::Inertia, at: usize, lane: usize| {
             inertia.mass[at / 3].0[lane]
         };
@@ -130,6 +132,7 @@ impl Simulation {
         let rigid = 2.0 / fastest.sqrt() * ((1.0 + damped * damped).sqrt() - damped);
         let step = self.critical_step_with_gas(deformable.min(rigid));
         self.critical_steps[usize::from(broken)] = Some(step);
+        self.scratch.profiler.end(span, Phase::StartUp);
         Ok(step)
     }
 

@@ -3,6 +3,7 @@
 pub(crate) mod motion;
 pub(crate) mod pass;
 mod peaks;
+pub(crate) mod profile;
 mod relaxation;
 pub(crate) mod verdict;
 pub(crate) mod view;

@@ -3,6 +3,7 @@
 use fearless_simd::{Select, Simd, SimdBase, f64x4};
 use nalgebra::Matrix3;
 
+use super::profile::Stopwatch;
 use ddem_joint::broken::{BrokenLattice, GroundFrame, PairTractions};
 use ddem_joint::kinematics::NodePositions;
 use ddem_joint::losses::Losses;
@@ -53,6 +54,8 @@ pub(crate) struct Workspace {
     pub(crate) du: Vec<Lanes>,
     /// Tractions of the pairs of one lattice.
     pub(crate) tractions: PairTractions,
+    /// Times of the phases.
+    pub(crate) stopwatch: Stopwatch,
 }
 
 /// Output for one pack. Forces have the sign of forces on the nodes, `−K u`.

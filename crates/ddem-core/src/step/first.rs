@@ -10,6 +10,7 @@ use crate::force::joint::{cell_energy, joint};
 use crate::force::neighbour_forces::clear;
 use crate::model::Model;
 use crate::state::pass::{Input, Viscous, Workspace};
+use crate::state::profile::Phase;
 use crate::step::scratch::{FirstPassPack, NeighbourForcesMut, PackForces, PackJoints, Scratch};
 use ddem_joint::broken::{BrokenJoints, BrokenLattice};
 use ddem_joint::contact::{
@@ -113,6 +114,7 @@ pub(crate) fn forces(
     let level = scratch.level;
     let model = pass.model;
     let mut contacts = contacts.zip(model.contact.as_ref());
+    let span = scratch.profiler.begin();
     let released = match &mut contacts {
         Some((contacts, contact_model)) => {
             let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
@@ -120,6 +122,8 @@ pub(crate) fn forces(
         }
         None => Losses::default(),
     };
+    scratch.profiler.end(span, Phase::Contacts);
+    let span = scratch.profiler.begin();
     let (fields, frames, runs) =
         scratch.forces(broken_joints, pass.energies, pass.viscous.is_some());
     let input = input(pass, frames);
@@ -127,6 +131,7 @@ pub(crate) fn forces(
         dispatch!(level, simd => run_forces(simd, input, run, &mut fields));
     });
     let mut losses = LossSums::from_iter(&scratch.losses).total();
+    scratch.end_tasks(span);
     if let Some((contacts, contact_model)) = contacts.as_ref().filter(|_| pass.waits) {
         let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
         let failing = contacts.failing(&configuration, search.context);
@@ -140,6 +145,7 @@ pub(crate) fn forces(
         losses.fracture += remove_cells(pass, broken_joints, scratch);
     }
     if let Some((contacts, contact_model)) = contacts {
+        let span = scratch.profiler.begin();
         // Without a search for contacts joints keep their pairs and need no status.
         if contact_model.search {
             contacts.update_statuses(model.joint_lookup(), &model.laws, broken_joints);
@@ -147,6 +153,7 @@ pub(crate) fn forces(
         let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
         losses.add(&find(search, configuration, contacts));
         losses.add(&released);
+        scratch.profiler.end(span, Phase::Contacts);
     }
     losses
 }
@@ -229,6 +236,7 @@ pub(super) fn run_forces<S: Simd>(
     run: Range<usize>,
     (forces, (joints, on_neighbours)): &mut FirstPassFields<'_>,
 ) {
+    forces.workspaces[0].elements.stopwatch.start();
     for index in run {
         let pack = joints.pack(forces, on_neighbours, input.moved.packs, index);
         pack_forces(simd, input, index, pack);
@@ -249,6 +257,7 @@ pub(super) fn pack_forces<S: Simd>(
     }
     *out.losses = Losses::default();
     block(simd, input, pack, &mut out, work);
+    work.stopwatch.lap(Phase::Blocks);
     let tables = input.assembly.pack_tables[pack];
     for offset in 1..8 {
         let mut broken = broken_joints.as_mut().and_then(|lattices| lattices[offset].take());
@@ -261,4 +270,5 @@ pub(super) fn pack_forces<S: Simd>(
             broken_joints.get_or_insert_with(Box::default)[offset] = broken;
         }
     }
+    work.stopwatch.lap(Phase::Joints);
 }

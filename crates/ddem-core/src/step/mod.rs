@@ -27,6 +27,7 @@ use fearless_simd_macros::simd;
 
 use crate::force::neighbour_forces::NeighbourForces;
 use crate::state::State;
+use crate::state::profile::Phase;
 use crate::step::scratch::{
     Access, PackFields, PackForces, Scratch, SecondPass, StateMotion, StepFields,
 };
@@ -110,6 +111,7 @@ fn second_pass(
     contacts: &Contacts,
     scratch: &mut Scratch,
 ) -> StepSums {
+    let span = scratch.profiler.begin();
     let viscous = context.has_viscous();
     let StepFields { forces, on_neighbours, second, runs, level, .. } =
         scratch.second(context.view, viscous, motions, &mut []);
@@ -122,7 +124,9 @@ fn second_pass(
             dispatch!(level, simd => run_second(simd, context, others, run, &mut fields));
         },
     );
-    StepSums::total(&scratch.sums)
+    let sums = StepSums::total(&scratch.sums);
+    scratch.profiler.end(span, Phase::Nodes);
+    sums
 }
 
 /// Completes the forces on some packs and moves them.

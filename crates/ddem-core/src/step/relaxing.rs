@@ -8,6 +8,7 @@ use fearless_simd_macros::simd;
 use super::rigid::follow_corners;
 use crate::model::Model;
 use crate::state::State;
+use crate::state::profile::Phase;
 use crate::step::frames::{fit_pack, frame_of};
 use crate::step::preconditioner::{self, Preconditioner};
 use crate::step::scratch::{Relaxing, Scratch};
@@ -24,12 +25,15 @@ pub(crate) fn advance_relaxing(
     state: &mut State,
     scratch: &mut Scratch,
 ) -> StepSums {
+    let span = scratch.profiler.begin();
     let (fields, f, runs, level) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
         dispatch!(level, simd => run_relaxing(simd, model, preconditioner, [a, b], f, &run, &mut fields));
     });
     scratch.add_travel(&mut state.contacts, 1.0);
-    StepSums::total(&scratch.sums)
+    let sums = StepSums::total(&scratch.sums);
+    scratch.profiler.end(span, Phase::Relaxation);
+    sums
 }
 
 #[simd]

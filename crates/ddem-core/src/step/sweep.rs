@@ -16,6 +16,7 @@ use fearless_simd_macros::simd;
 use super::first::{pack_forces, run_forces};
 use super::{Context, ForcesOfOthers, PackContext, input, move_pack};
 use crate::force::neighbour_forces::NeighbourForces;
+use crate::state::profile::Phase;
 use crate::step::scratch::{
     NeighbourForcesMut, PackForces, PackJoints, Scratch, SecondPass, StateMotion, StepFields,
 };
@@ -71,6 +72,7 @@ pub(super) fn sweep(
     scratch: &mut Scratch,
 ) -> (StepSums, Losses) {
     let (packs, level) = (&context.model.packs, scratch.level);
+    let span = scratch.profiler.begin();
     let runs: Vec<_> = slabs.iter().map(|slab| slab.packs.clone()).collect();
     let slab_of = |run: &Range<usize>| slabs.iter().find(|slab| slab.packs == *run);
     let pass = context.pass(moved.u.get(), moved.v.get());
@@ -91,7 +93,9 @@ pub(super) fn sweep(
         let others = ForcesOfOthers { joints, contacts };
         dispatch!(level, simd => run_sweep(simd, context, slab, others, fields));
     });
-    (StepSums::total(&scratch.sums), LossSums::from_iter(&scratch.losses).total())
+    let totals = (StepSums::total(&scratch.sums), LossSums::from_iter(&scratch.losses).total());
+    scratch.end_tasks(span);
+    totals
 }
 
 /// Fields of a sweep over a slab.
@@ -138,6 +142,7 @@ fn run_sweep<S: Simd>(
     let packs = &context.model.packs;
     let Some(inner) = inner.0.first_mut() else { return };
     let mut f = std::mem::take(&mut forces.workspaces[0].f);
+    forces.workspaces[0].elements.stopwatch.start();
     for index in slab.packs.clone() {
         let at_edge = index >= slab.edge;
         let mut own = if at_edge { forces.all() } else { forces.alone(packs, index, &mut f) };
@@ -153,6 +158,7 @@ fn run_sweep<S: Simd>(
         let pack = PackContext::new(context, index);
         let part = second.pack(&mut own, packs, index, context.is_viscous(index));
         move_pack(simd, &pack, others, part);
+        own.workspaces[0].elements.stopwatch.lap(Phase::Nodes);
     }
     forces.workspaces[0].f = f;
 }

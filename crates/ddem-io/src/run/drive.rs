@@ -1,18 +1,21 @@
 //! Outer loop of a run: stages of a deck, files and checkpoints.
 
 use std::collections::BTreeMap;
+use std::time::Instant;
 
 use ddem_core::Simulation;
 use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Deck, Source, Stage, StageKind};
 
 use super::files::nudge;
+use super::moved::MovedBy;
+use super::profile::StageTimer;
 use super::record::Recorder;
 use super::report::{Built, available_memory, check_steps, located, prepare, report};
 use super::resume::{self, Resumed};
 use super::safety::search;
 use super::session::Session;
-use super::stage::{Halt, MovedBy, Running, failed};
+use super::stage::{Halt, Running, failed};
 use super::warnings::stage_place;
 use super::{Event, Observer, Options, Outcome, RunFailure};
 use crate::OutputError;
@@ -59,6 +62,7 @@ impl<'a> Drive<'a> {
         options: &'a Options,
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
+        let begun = Instant::now();
         let Built { site, model, samplers } = prepare(deck, source, available_memory())?;
         // Frames of a deck without dynamic stages are 1 s apart.
         let mut recorder = Recorder::new(samplers, nudge(deck, 1.0));
@@ -87,7 +91,10 @@ impl<'a> Drive<'a> {
             session = Session::assemble(site, started, recorder, text);
         }
         let mut drive = Self { options, observer, folder, session };
-        let MovedBy { site, simulation, recorder, cursor, .. } = &mut drive.session.moved;
+        let MovedBy { site, simulation, recorder, cursor, timer } = &mut drive.session.moved;
+        if options.profile {
+            *timer = StageTimer::profiled(begun, simulation);
+        }
         let report = report(site, simulation, &recorder.samplers);
         for warning in &report.warnings {
             cursor.warn(site.deck(), warning.clone(), drive.observer);
@@ -123,6 +130,7 @@ impl<'a> Drive<'a> {
     /// Runs one stage from its start or from a checkpoint.
     fn stage(&mut self, stage: &Stage, stages: &[Stage]) -> Result<Ended, RunFailure> {
         let Self { observer, folder, session: Session { moved, text, .. }, options } = self;
+        moved.timer.enter();
         let mut start = None;
         if moved.cursor.step.is_none() {
             moved.simulation.enter(moved.cursor.stage).map_err(failed(stage))?;
@@ -148,8 +156,11 @@ impl<'a> Drive<'a> {
             if halt == Halt::End {
                 break;
             }
-            let seconds = running.seconds();
+            let (seconds, start) = (running.seconds(), Instant::now());
             checkpoint(running.moved, (folder, text), seconds, running.observer)?;
+            let MovedBy { simulation, timer, .. } = &mut *running.moved;
+            timer.stepped(simulation);
+            timer.recorded(start.elapsed(), simulation);
             if halt == Halt::Stopped {
                 return Ok(Ended::Interrupted);
             }

@@ -9,9 +9,10 @@ use ddem_core::{ErrorCode, Fault, ModelError, RunError, Simulation};
 use ddem_deck::lint::{Code, Diagnostic, load_at_rest};
 use ddem_deck::{BuiltDeck, Stage, StageKind};
 
+use super::moved::MovedBy;
 use super::report::{check_steps, unsafe_steps};
 use super::session::Session;
-use super::stage::{Halt, MovedBy, Running, StageProgress};
+use super::stage::{Halt, Running, StageProgress};
 use super::{Event, Observer, RunFailure};
 use crate::folder::Folder;
 

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use super::RunFailure;
 use super::files::Position;
-use super::stage::MovedBy;
+use super::moved::MovedBy;
 use crate::OutputError;
 use crate::checkpoint::{self, Checkpoint};
 use crate::summary::StageSummary;

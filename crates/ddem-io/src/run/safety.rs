@@ -7,7 +7,8 @@ use ddem_core::{RunError, Safety, SafetySearch, SafetyTrial, Simulation, Verdict
 use ddem_deck::Stage;
 use ddem_deck::lint::{Code, Diagnostic};
 
-use super::stage::{MovedBy, failed};
+use super::moved::MovedBy;
+use super::stage::failed;
 use super::warnings::stage_place;
 use super::{Event, Observer, RunFailure};
 use crate::summary::StageSummary;
@@ -20,8 +21,12 @@ pub(super) fn search(
     observer: &mut dyn Observer,
 ) -> Result<bool, RunFailure> {
     let start = Instant::now();
-    let MovedBy { site, simulation, recorder, cursor } = moved;
+    let MovedBy { site, simulation, recorder, cursor, timer } = moved;
+    timer.enter();
+    timer.started(simulation);
     recorder.start(simulation, &stage.name, &mut |event| observer.event(event))?;
+    timer.recorded(start.elapsed(), simulation);
+    let begun = Instant::now();
     let shared = Mutex::new(&mut *observer);
     let found = simulation.factor_of_safety(&stage.search(), &|trial| {
         let mut observer = shared.lock().unwrap_or_else(PoisonError::into_inner);
@@ -31,6 +36,8 @@ pub(super) fn search(
         Err(RunError::Stopped) => return Ok(false),
         found => found.map_err(failed(stage))?,
     };
+    timer.tried(&found.profile, begun.elapsed());
+    let begun = Instant::now();
     let mut moving = Vec::new();
     if let Some(failing) = &mut found.failing {
         recorder.frame(failing, &stage.name)?;
@@ -48,6 +55,8 @@ pub(super) fn search(
     let seconds = start.elapsed().as_secs_f64();
     let updates = simulation.model().n_nodes() as f64 * steps as f64;
     simulation.check_finite().map_err(failed(stage))?;
+    let (imbalance, state) = (simulation.energy().imbalance(), simulation.state_summary());
+    timer.recorded(begun.elapsed(), simulation);
     let summary = StageSummary {
         name: stage.name.clone(),
         kind: "safety".to_owned(),
@@ -61,8 +70,9 @@ pub(super) fn search(
         wall_seconds: seconds,
         node_updates_per_second: updates / seconds,
         unbalanced: simulation.unbalanced(),
-        imbalance: simulation.energy().imbalance(),
-        state: simulation.state_summary(),
+        imbalance,
+        state,
+        profile: timer.finish(),
     };
     observer.event(Event::StageDone(&summary));
     cursor.done.push(summary);

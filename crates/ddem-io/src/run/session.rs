@@ -11,11 +11,12 @@ use ddem_deck::{BuiltDeck, Deck};
 
 use super::RunFailure;
 use super::files::{Position, nudge};
+use super::moved::MovedBy;
+use super::profile::StageTimer;
 use super::record::Recorder;
 use super::report::{Built, available_memory, build};
 use super::resume::{self, Cursor};
 use super::safety;
-use super::stage::MovedBy;
 use crate::folder::{self, Earlier, Folder};
 use crate::summary::{
     ChargeSummary, FailedPairs, InterfaceSummary, SelectionSummary, Summary, peak_memory_bytes,
@@ -84,13 +85,14 @@ impl Session {
         recorder: Recorder,
         text: String,
     ) -> Self {
-        let moved = MovedBy { site, simulation, recorder, cursor: Cursor::default() };
+        let (cursor, timer) = (Cursor::default(), StageTimer::default());
+        let moved = MovedBy { site, simulation, recorder, cursor, timer };
         Self { moved, text, warnings: Vec::new(), recorded: BTreeMap::new() }
     }
 
     /// Finds the warnings about the model and its probes, for the program and the summary.
     fn find_warnings(&mut self) {
-        let MovedBy { site, simulation, recorder, cursor } = &mut self.moved;
+        let MovedBy { site, simulation, recorder, cursor, .. } = &mut self.moved;
         let deck = site.deck();
         let mut warnings = site.warnings(simulation.model());
         warnings.extend(recorder.samplers.iter().filter_map(|sampler| sampler.warning.clone()));

@@ -5,25 +5,16 @@ use std::time::{Duration, Instant};
 
 use ddem_core::{Relaxed, RunError, Simulation, Verdict};
 use ddem_deck::lint::{Code, Diagnostic};
-use ddem_deck::{BuiltDeck, OnFailure, Stage, StageKind};
+use ddem_deck::{OnFailure, Stage, StageKind};
 
+use super::moved::MovedBy;
 use super::record::{Recorder, Schedule};
-use super::resume::Cursor;
 use super::warnings::{charges, detonations, energy_imbalance, stage_place, undamped_sliding};
 use super::{Event, Observer, Progress, RunFailure};
 use crate::summary::StageSummary;
 
 /// Wall time between two progress events.
 const PROGRESS: Duration = Duration::from_millis(100);
-
-/// Simulation that a stage moves, with its deck, its recorder and its cursor.
-#[derive(Debug)]
-pub(super) struct MovedBy {
-    pub(super) site: BuiltDeck,
-    pub(super) simulation: Simulation,
-    pub(super) recorder: Recorder,
-    pub(super) cursor: Cursor,
-}
 
 /// A stage that is running.
 pub(super) struct Running<'a> {
@@ -77,9 +68,11 @@ impl<'a> Running<'a> {
         moved: &'a mut MovedBy,
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
+        moved.timer.enter();
         if moved.cursor.step.is_none() {
             moved.begin(stage).map_err(failed(stage))?;
         }
+        moved.timer.started(&mut moved.simulation);
         let (samplers, cursor) = (&moved.recorder.samplers, &moved.cursor);
         let schedule = match stage.kind {
             StageKind::Relax | StageKind::Safety => Schedule::relax(samplers),
@@ -261,8 +254,12 @@ impl<'a> Running<'a> {
         ) -> Result<(), crate::OutputError>,
     ) -> Result<(), RunFailure> {
         let start = Instant::now();
-        record(&mut self.moved.recorder, &mut self.moved.simulation, self.observer)?;
-        self.counters.recording += start.elapsed();
+        let MovedBy { simulation, recorder, timer, .. } = &mut *self.moved;
+        timer.stepped(simulation);
+        record(recorder, simulation, self.observer)?;
+        let time = start.elapsed();
+        timer.recorded(time, simulation);
+        self.counters.recording += time;
         Ok(())
     }
 
@@ -270,7 +267,9 @@ impl<'a> Running<'a> {
     pub(super) fn finish(self) -> Result<Option<RunFailure>, RunFailure> {
         let seconds = self.moved.cursor.seconds + self.seconds();
         let relax = self.relax();
-        let MovedBy { site, simulation, recorder, cursor } = &mut *self.moved;
+        let MovedBy { site, simulation, recorder, cursor, timer } = &mut *self.moved;
+        timer.stepped(simulation);
+        let start = Instant::now();
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
         let verdict = match &self.counters.failure {
@@ -293,6 +292,8 @@ impl<'a> Running<'a> {
         recorder.fragments(simulation, &self.stage.name)?;
         let updates = simulation.model().n_nodes() as f64 * steps as f64;
         let energy = simulation.energy();
+        let state = simulation.state_summary();
+        timer.recorded(start.elapsed(), simulation);
         let summary = StageSummary {
             name: self.stage.name.clone(),
             kind: if relax { "relax" } else { "dynamic" }.to_owned(),
@@ -304,7 +305,8 @@ impl<'a> Running<'a> {
             node_updates_per_second: if seconds > 0.0 { updates / seconds } else { 0.0 },
             unbalanced,
             imbalance: energy.imbalance(),
-            state: simulation.state_summary(),
+            state,
+            profile: timer.finish(),
             ..StageSummary::default()
         };
         let deck = site.deck();
@@ -369,52 +371,6 @@ impl<'a> Running<'a> {
             updates_per_second: rate * simulation.model().n_nodes() as f64,
             seconds_left: (!relax && left.is_finite()).then_some(left),
         }
-    }
-}
-
-impl MovedBy {
-    fn begin(&mut self, stage: &Stage) -> Result<(), RunError> {
-        let Self { simulation, cursor, .. } = self;
-        cursor.steps = match stage.kind {
-            StageKind::Relax | StageKind::Safety => {
-                let increments =
-                    stage.increments.unwrap_or_else(|| simulation.default_increments());
-                simulation.start_relaxation(increments)?;
-                stage.max_steps()
-            }
-            StageKind::Dynamic => {
-                let (damping, step) = (stage.damping, stage.time_step);
-                simulation.start(
-                    damping.unwrap_or_default(),
-                    step.unwrap_or_default(),
-                    stage.duration,
-                )?
-            }
-        };
-        cursor.step = Some(0);
-        cursor.begun = simulation.time();
-        let energy = simulation.energy();
-        (cursor.friction, cursor.imbalance) = (energy.friction, energy.imbalance());
-        cursor.time_step = simulation.time_step();
-        Ok(())
-    }
-
-    /// Takes one step of motion. Returns true at the end of the stage.
-    fn step(&mut self, stage: &Stage) -> Result<bool, RunFailure> {
-        self.simulation.step().map_err(failed(stage))?;
-        let step = self.cursor.step.unwrap_or(0) + 1;
-        self.cursor.step = Some(step);
-        Ok(self.simulation.steps_left() == Some(0))
-    }
-
-    /// Completed steps of the stage; in motion, in steps of the initial length, which become
-    /// shorter when joints fail.
-    fn nominal(&self, relax: bool) -> u64 {
-        if relax {
-            return self.cursor.step.unwrap_or(0);
-        }
-        let done = (self.simulation.time() - self.cursor.begun) / self.cursor.time_step;
-        (done + 1e-6) as u64
     }
 }
 

@@ -1,6 +1,6 @@
 //! Tests of the warnings of a run, from numbers that a run may give.
 
-use ddem_core::{Energy, Safety, SafetySearch, SafetyTrial, Verdict};
+use ddem_core::{Energy, Profile, Safety, SafetySearch, SafetyTrial, Verdict};
 use ddem_deck::{Deck, Stage, StageKind};
 
 use super::safety::warnings;
@@ -51,6 +51,7 @@ fn doubtful_factors_of_safety_warn() {
         bracket,
         trials,
         failing: None,
+        profile: Profile::default(),
     };
     let (rests, open) = (Verdict::AtRest, Verdict::Undecided);
     let mut simulation = ddem_core::Simulation::new(deck().build().unwrap());

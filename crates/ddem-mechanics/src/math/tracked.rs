@@ -19,6 +19,11 @@ impl<T> Tracked<T> {
     pub fn revision(&self) -> u64 {
         self.revision
     }
+
+    /// Value for a change on which no derived data depend; it is not counted.
+    pub fn uncounted(&mut self) -> &mut T {
+        &mut self.value
+    }
 }
 
 impl<T> Deref for Tracked<T> {
@@ -46,5 +51,7 @@ mod tests {
         assert_eq!((numbers.len(), numbers.revision()), (2, 0));
         numbers.push(3);
         assert_eq!((numbers.len(), numbers.revision()), (3, 1));
+        numbers.uncounted().reserve(7);
+        assert_eq!(numbers.revision(), 1);
     }
 }

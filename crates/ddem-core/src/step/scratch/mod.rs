@@ -12,6 +12,7 @@ use crate::force::rigid::RigidBlock;
 use crate::model::Model;
 use crate::state::State;
 use crate::state::pass::Workspace;
+use crate::state::profile::{Clock, Profiler, SpanStart, Stopwatch};
 use crate::state::view::StageView;
 use crate::step::Context;
 use crate::step::first::FirstPassFields;
@@ -68,6 +69,8 @@ pub(crate) struct Scratch {
     pub(super) slabs: Option<(usize, Option<Arc<[Slab]>>)>,
     /// Instruction set of the kernels.
     pub(crate) level: Level,
+    /// Wall times of the phases.
+    pub(crate) profiler: Profiler,
 }
 
 /// Displacements, velocities and poses of a state: a step changes them, an evaluation only reads
@@ -102,6 +105,14 @@ pub(crate) struct TaskWorkspaces {
     pub(super) buffer: Vec<Lanes>,
 }
 
+impl TaskWorkspaces {
+    fn with_clock(clock: Option<Clock>) -> Self {
+        let mut workspaces = Self::default();
+        workspaces.elements.stopwatch = Stopwatch::new(clock);
+        workspaces
+    }
+}
+
 impl Scratch {
     /// Scratch data of a model, with the frames of a state.
     pub(crate) fn new(model: &Model, state: &State, level: Level) -> Self {
@@ -125,6 +136,7 @@ impl Scratch {
             runs,
             slabs: None,
             level,
+            profiler: Profiler::default(),
         };
         scratch.fit(model, state);
         scratch
@@ -235,8 +247,23 @@ impl Scratch {
         }
         let slabs = self.slabs.as_ref()?.1.clone()?;
         let tasks = slabs.len().max(self.workspaces.len());
-        self.workspaces.resize_with(tasks, TaskWorkspaces::default);
+        let clock = self.profiler.clock;
+        self.workspaces.resize_with(tasks, || TaskWorkspaces::with_clock(clock));
         Some(slabs)
+    }
+
+    /// Sets the clock with which the phases are measured.
+    pub(crate) fn set_clock(&mut self, clock: Option<Clock>) {
+        self.profiler = Profiler { clock, ..Profiler::default() };
+        for workspace in &mut self.workspaces {
+            workspace.elements.stopwatch = Stopwatch::new(clock);
+        }
+    }
+
+    /// Ends a span in which the tasks have measured their phases.
+    pub(super) fn end_tasks(&mut self, span: SpanStart) {
+        let tasks = self.workspaces.iter_mut().map(|task| &mut task.elements.stopwatch);
+        self.profiler.end_tasks(span, tasks);
     }
 
     /// Allocates viscous forces if there are any.
