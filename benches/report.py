@@ -1,10 +1,10 @@
 """Measures, and renews the tables and plots of docs/performance.md.
 
-    python benches/report.py [--quick] [--no-run]
+    python benches/report.py [--no-run]
 
-Runs `cargo bench --bench step`, which writes `target/bench/step.json`, and replaces the text between
-`<!-- measured: NAME -->` and `<!-- end -->` in the page. The prose around stays. With `--no-run` it
-uses the results of the last runs. The table of other programs is that of the last
+Runs `cargo bench --bench step`, of which criterion writes the times below `target/criterion`, and
+replaces the text between `<!-- measured: NAME -->` and `<!-- end -->` in the page. The prose around
+stays. With `--no-run` it uses the results of the last runs. The table of other programs is that of the last
 `python benches/peers/run.py`.
 """
 
@@ -27,13 +27,19 @@ RESULTS = ROOT / "target/bench"
 KINEMATICS = ("small", "corotational")
 # Smaller models fit into the caches of most machines.
 FEWEST_OUT_OF_CACHE = 100_000
+# Group, and bytes or operations of a task, as in benches/step/limits.rs.
+LIMITS = {
+    "triad": ("memory", 24 * 2**24),
+    "copy": ("memory", 16 * 2**24),
+    "add": ("arithmetic", 12 * 20_000 * 4),
+    "multiply": ("arithmetic", 12 * 20_000 * 4),
+}
 
 
-def measure(quick: bool) -> None:
+def measure() -> None:
     """Runs the benchmark, and notes the machine."""
     before = os.getloadavg()[0]
-    options = ["--", "--quick"] if quick else []
-    subprocess.run(["cargo", "bench", "--bench", "step", *options], cwd=ROOT, check=True)
+    subprocess.run(["cargo", "bench", "--bench", "step"], cwd=ROOT, check=True)
     cpu = re.search(r"model name\s*:\s*(.*)", Path("/proc/cpuinfo").read_text())
     rust = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=True)
     machine = {
@@ -60,20 +66,33 @@ def number(value: int) -> str:
     return f"{value:,}".replace(",", " ")
 
 
+def times() -> dict[str, float]:
+    """Shortest time of each row in any sample `[s]`."""
+    shortest = {}
+    for path in (ROOT / "target/criterion").glob("**/new/benchmark.json"):
+        sample = json.loads((path.parent / "sample.json").read_text())
+        each = (time / count for time, count in zip(sample["times"], sample["iters"]))
+        shortest[json.loads(path.read_text())["full_id"]] = 1e-9 * min(each)
+    return shortest
+
+
 class Measured:
     """Results of the benchmark."""
 
     def __init__(self) -> None:
-        results = read("step.json")
-        if not results:
+        self.times = times()
+        self.rows = read("models.json")
+        if not self.rows:
             sys.exit("there are no results: run without --no-run")
-        self.limits = results["limits"]
-        self.rows = results["rows"]
+        for row in self.rows:
+            row["best"] = row["units"] / self.times[row["name"]]
         self.machine = read("machine.json")
 
     def limit(self, name: str, threads: int) -> float:
-        """Limit of the machine, in units or bytes a second."""
-        return 1e9 * self.limits[f"{name}/{threads} threads"]
+        """Limit of the machine, in bytes or operations a second."""
+        group, amount = LIMITS[name]
+        factor = threads if group == "arithmetic" else 1
+        return factor * amount / self.times[f"{group}/{name}/{threads}"]
 
     def of(self, group: str, **keys: object) -> list[dict]:
         """Rows of a group with the given values."""
@@ -192,7 +211,8 @@ def peers(measured: Measured) -> str:
     rows = []
     for version in dict.fromkeys(row["version"] for row in found["rows"]):
         own = [row for row in found["rows"] if row["version"] == version]
-        cells = [f"{row['rate'] / 1e6:.3g}" for row in own]
+        rates = {row["threads"]: f"{row['rate'] / 1e6:.3g}" for row in own}
+        cells = [rates.get(threads, "–") for threads in (1, 2)]
         difference = own[0].get("difference")
         text = "–" if difference is None else f"{difference:.0e}"
         rows.append([version, *cells, f"{own[0]['bytes']:.0f}", text])
@@ -218,8 +238,8 @@ def draw(measured: Measured) -> None:
             name = f"{kinematics}, {threads} thread{'s' * (threads > 1)}"
             series[name] = sorted((row["nodes"], row["best"] / 1e6) for row in rows)
     title = "Node updates per second, intact joints (millions)"
-    picture = plots.lines(title, "nodes", "M/s", {k: v for k, v in series.items() if v})
-    (PICTURES / "performance-rates.svg").write_text(picture)
+    series = {name: points for name, points in series.items() if points}
+    plots.lines(PICTURES / "performance-rates.svg", title, "nodes", "M/s", series)
     bars = []
     for row in measured.of("step", threads=1):
         if row["nodes"] < 8000:
@@ -230,7 +250,7 @@ def draw(measured: Measured) -> None:
         bars.append((f"{name}: {kind}", 100 * max(adds, memory), kind))
     if bars:
         title = "Part of the nearer limit in use, one thread"
-        (PICTURES / "performance-limits.svg").write_text(plots.bars(title, "%", bars))
+        plots.bars(PICTURES / "performance-limits.svg", title, "%", bars)
 
 
 TABLES = {
@@ -247,11 +267,10 @@ TABLES = {
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="shorter rounds")
     parser.add_argument("--no-run", action="store_true", help="use the results of the last runs")
     arguments = parser.parse_args()
     if not arguments.no_run:
-        measure(arguments.quick)
+        measure()
     measured = Measured()
     page = PAGE.read_text()
     for name, text in TABLES.items():

@@ -2,39 +2,40 @@
 
 use ddem::deck::Kinematics;
 
+use crate::THREADS;
 use crate::models::{BenchModel, JointStrength, cubes, forces, lattice, loose, relaxation};
 
-/// A model and its rows: one for each number of threads.
-pub(crate) struct RowGroup {
+/// A model, which is measured on each number of threads.
+pub(crate) struct BenchRow {
     pub(crate) kind: &'static str,
     /// Model in words.
     pub(crate) model: String,
     pub(crate) nodes: usize,
-    /// Object that is counted: nodes, or points of joints and contacts.
-    pub(crate) unit: &'static str,
-    /// Numbers of threads.
-    threads: &'static [usize],
     build: Box<dyn Fn() -> BenchModel>,
 }
 
-impl RowGroup {
+impl BenchRow {
     fn new(
         kind: &'static str,
         model: impl Into<String>,
         nodes: usize,
         build: impl Fn() -> BenchModel + 'static,
     ) -> Self {
-        let (model, build) = (model.into(), Box::new(build));
-        Self { kind, model, nodes, unit: "node", threads: &[1, 2], build }
+        Self { kind, model: model.into(), nodes, build: Box::new(build) }
     }
 
-    /// Name of the row of a number of threads.
+    /// Model and number of threads.
+    pub(crate) fn function(&self, threads: usize) -> String {
+        format!("{}/{threads} threads", self.model)
+    }
+
+    /// Whole name, as criterion forms it.
     pub(crate) fn name(&self, threads: usize) -> String {
-        format!("{}/{}/{}/{threads} threads", self.kind, self.model, self.nodes)
+        format!("{}/{}/{}", self.kind, self.function(threads), self.nodes)
     }
 
     pub(crate) fn names(&self) -> Vec<String> {
-        self.threads.iter().map(|&threads| self.name(threads)).collect()
+        THREADS.map(|threads| self.name(threads)).to_vec()
     }
 
     pub(crate) fn build(&self) -> BenchModel {
@@ -43,18 +44,18 @@ impl RowGroup {
 }
 
 /// All models, small ones first in each kind.
-pub(crate) fn groups(large: bool) -> Vec<RowGroup> {
-    let mut groups = Vec::new();
+pub(crate) fn rows(large: bool) -> Vec<BenchRow> {
+    let mut rows = Vec::new();
     let intact = JointStrength::Unbreakable;
     for kinematics in [Kinematics::Small, Kinematics::Corotational] {
         let name = format!("{kinematics:?}").to_lowercase();
-        groups.push(RowGroup::new("forces", name.clone(), 8000, move || forces(kinematics)));
+        rows.push(BenchRow::new("forces", name.clone(), 8000, move || forces(kinematics)));
         let shapes = [[2, 2, 2], [4, 4, 4], [10, 10, 10], [20, 20, 20], [40, 40, 20]];
         let count = if large { 5 } else { 4 };
         for shape in shapes.into_iter().take(count) {
             let nodes = 125 * shape.into_iter().product::<u32>() as usize;
             let build = move || lattice(shape, kinematics, intact);
-            groups.push(RowGroup::new("step", name.clone(), nodes, build));
+            rows.push(BenchRow::new("step", name.clone(), nodes, build));
         }
     }
     let strengths = [
@@ -67,23 +68,22 @@ pub(crate) fn groups(large: bool) -> Vec<RowGroup> {
         for count in [2_u32, 4, 10, 20] {
             let nodes = 125 * count.pow(3) as usize;
             let build = move || lattice([count; 3], Kinematics::Corotational, strength);
-            groups.push(RowGroup::new("joints", strength.name(), nodes, build));
+            rows.push(BenchRow::new("joints", strength.name(), nodes, build));
         }
     }
     for count in [3_u32, 10, 20] {
         let nodes = 27 * count.pow(3) as usize;
-        groups.push(RowGroup::new("relaxation", "blocks", nodes, move || relaxation(count)));
+        rows.push(BenchRow::new("relaxation", "blocks", nodes, move || relaxation(count)));
     }
     for count in [3_u32, 10] {
         let nodes = 27 * count.pow(3) as usize;
-        groups.push(RowGroup::new("contacts", "deformable", nodes, move || loose(count)));
+        rows.push(BenchRow::new("contacts", "deformable", nodes, move || loose(count)));
     }
     for (kind, joined) in [("joined", true), ("loose", false)] {
         for count in [4_u32, 22] {
             let nodes = 8 * count.pow(3) as usize;
-            let row = RowGroup::new("rigid", kind, nodes, move || cubes(count, joined));
-            groups.push(RowGroup { unit: "point", ..row });
+            rows.push(BenchRow::new("rigid", kind, nodes, move || cubes(count, joined)));
         }
     }
-    groups
+    rows
 }
