@@ -31,8 +31,8 @@ FEWEST_OUT_OF_CACHE = 100_000
 LIMITS = {
     "triad": ("memory", 24 * 2**24),
     "copy": ("memory", 16 * 2**24),
-    "add": ("arithmetic", 12 * 20_000 * 4),
-    "multiply": ("arithmetic", 12 * 20_000 * 4),
+    "add": ("arithmetic", 12 * 1_000_000 * 4),
+    "multiply": ("arithmetic", 12 * 1_000_000 * 4),
 }
 
 

@@ -35,7 +35,7 @@ def ddem(binary: Path, folder: Path, kinematics: str, count: int, steps: int, th
     text += f"[[stage]]\nname = 'fall'\nkind = 'dynamic'\nduration = {steps * TIME_STEP!r}\n"
     deck.write_text(text + f"time_step = {TIME_STEP!r}\nframes = 1\n")
     rates = []
-    for _ in range(5):
+    for _ in range(3):
         command = [binary, deck, "--out", folder / "out", "--threads", str(threads)]
         subprocess.run([*command, "--overwrite", "--quiet"], check=True)
         summary = json.loads((folder / "out/summary.json").read_text())

@@ -13,7 +13,7 @@ const ARRAY: usize = 1 << 24;
 /// Independent chains of operations: more than the units can have in flight.
 const CHAINS: usize = 12;
 /// Operations of each chain in a task.
-const LENGTH: usize = 20_000;
+const LENGTH: usize = 1_000_000;
 
 /// STREAM triad `a = b + 3 c` and copy `a = b`, in bytes; the best rate is the bandwidth.
 pub(crate) fn memory(criterion: &mut Criterion) {
