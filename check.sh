@@ -40,7 +40,7 @@ say "tests"
 cargo test --workspace --exclude ddem-py --all-targets --locked
 cargo test --workspace --exclude ddem-py --doc --locked
 # As users run it: a compiler can be wrong in one profile only.
-cargo test --release --package ddem-core --package ddem-joint --package ddem-mesh --package ddem-mechanics --locked
+cargo test --release --package ddem-core --package ddem-cut --package ddem-joint --package ddem-mesh --package ddem-mechanics --locked
 DDEM_CLI="${CARGO_TARGET_DIR:-$PWD/target}/debug/ddem"
 export DDEM_CLI
 
@@ -56,5 +56,6 @@ if [ "${1:-}" = full ]; then
     done
     cargo test --test contract --locked -- --ignored --nocapture
     cargo test --package ddem-core --test it --locked -- --ignored --nocapture
+    cargo test --release --package ddem-cut --test it --locked -- --ignored --nocapture
 fi
 printf '\nAll checks passed.\n'

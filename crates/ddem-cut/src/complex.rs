@@ -1,0 +1,334 @@
+//! All cells of a model, with shared points and planes.
+
+use std::collections::{HashMap, VecDeque};
+
+use nalgebra::Vector3;
+
+use crate::cell::{CellFace, ConvexCell};
+use crate::measure::{self, CellProperties};
+use crate::plane::{CutPlane, PlaneSource};
+use crate::polyhedron::Polyhedron;
+use crate::split;
+use crate::tree::{AxisBox, CellTree};
+use crate::tunnel::Tunnel;
+
+/// Distance from a plane, relative to the diagonal of all regions, within which a point lies on it.
+pub const ON_PLANE: f64 = 1e-7;
+
+/// Largest number of cells: more would not fit in memory as blocks.
+pub const MOST_CELLS: usize = 10_000_000;
+
+/// Cells that tile regions of rock. Neighbours share points, so that their faces match.
+#[derive(Clone, Debug)]
+pub struct CellComplex {
+    points: Vec<Vector3<f64>>,
+    planes: Vec<CutPlane>,
+    cells: Vec<ConvexCell>,
+    tree: CellTree,
+    /// Distance within which a point lies on a plane `[m]`.
+    tolerance: f64,
+    /// Number of times that rounding errors kept a cell whole.
+    n_uncut: usize,
+}
+
+/// Effect of a cut.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CutCount {
+    /// Number of planes that divided a cell.
+    pub planes: usize,
+    /// Number of divisions, each of which makes one cell more.
+    pub divisions: usize,
+    /// True if the cut stopped because there were too many cells.
+    pub too_many: bool,
+}
+
+/// Sides of the points to a plane, each decided once.
+#[derive(Debug, Default)]
+struct PointSides {
+    sides: Vec<i8>,
+    heights: Vec<f64>,
+    /// Number of the turn in which the side was decided.
+    decided: Vec<u32>,
+    /// Number of the present turn, from 1: each plane has one.
+    turn: u32,
+}
+
+impl CellComplex {
+    /// Cells of regions, each of which is a list of convex parts. Parts of one region that share a
+    /// face are joined there.
+    #[must_use]
+    pub fn new(regions: &[Vec<Polyhedron>]) -> Self {
+        let all = || regions.iter().flatten().flat_map(|part| part.points.iter());
+        let far = Vector3::repeat(f64::INFINITY);
+        let (low, high) = all().fold((far, -far), |(low, high), x| (low.inf(x), high.sup(x)));
+        let diagonal = if low <= high { (high - low).norm() } else { 0.0 };
+        let mut complex = Self {
+            points: Vec::new(),
+            planes: Vec::new(),
+            cells: Vec::new(),
+            tree: CellTree::default(),
+            tolerance: ON_PLANE * diagonal,
+            n_uncut: 0,
+        };
+        let mut known = HashMap::new();
+        let mut sides = HashMap::new();
+        for (region, parts) in regions.iter().enumerate() {
+            for part in parts {
+                complex.add(part, region as u32, &mut known, &mut sides);
+            }
+        }
+        complex
+    }
+
+    /// Adds a part of a region. `known` finds points by their bits, `sides` planes and regions by
+    /// the corners of their faces.
+    fn add(
+        &mut self,
+        part: &Polyhedron,
+        region: u32,
+        known: &mut HashMap<[u64; 3], u32>,
+        sides: &mut HashMap<Vec<u32>, (u32, u32)>,
+    ) {
+        let points = &mut self.points;
+        let mut number = |x: &Vector3<f64>| {
+            // Adding zero turns −0 into 0.
+            let bits = [x.x, x.y, x.z].map(|part| (part + 0.0).to_bits());
+            *known.entry(bits).or_insert_with(|| {
+                points.push(*x);
+                points.len() as u32 - 1
+            })
+        };
+        let numbers: Vec<u32> = part.points.iter().map(&mut number).collect();
+        let mut faces = Vec::with_capacity(part.faces.len());
+        for corners in &part.faces {
+            let corners = corners.iter().map(|&corner| numbers[corner]).collect();
+            let mut face = CellFace { plane: self.planes.len() as u32, corners };
+            match sides.get(&face.sorted_corners()) {
+                Some(&(plane, other)) => {
+                    face.plane = plane;
+                    self.planes[plane as usize].joined = other == region;
+                }
+                None => {
+                    sides.insert(face.sorted_corners(), (face.plane, region));
+                    self.planes.push(measure::plane_of(&face, &self.points));
+                }
+            }
+            faces.push(face);
+        }
+        let cell = ConvexCell { faces, region };
+        self.tree.add_root(self.cells.len() as u32, bounds(&self.points, &cell.faces));
+        self.cells.push(cell);
+    }
+
+    /// Points `[m]`.
+    #[must_use]
+    pub fn points(&self) -> &[Vector3<f64>] {
+        &self.points
+    }
+
+    /// Planes of the faces.
+    #[must_use]
+    pub fn planes(&self) -> &[CutPlane] {
+        &self.planes
+    }
+
+    /// Cells.
+    #[must_use]
+    pub fn cells(&self) -> &[ConvexCell] {
+        &self.cells
+    }
+
+    /// Distance within which a point lies on a plane `[m]`.
+    #[must_use]
+    pub fn tolerance(&self) -> f64 {
+        self.tolerance
+    }
+
+    /// Number of times that a cell stayed whole because rounding errors left no two polyhedra.
+    #[must_use]
+    pub fn n_uncut(&self) -> usize {
+        self.n_uncut
+    }
+
+    /// Volume, centroid, inertia and width of a cell.
+    #[must_use]
+    pub fn properties(&self, cell: usize) -> CellProperties {
+        measure::properties(&self.points, &self.planes, &self.cells[cell].faces)
+    }
+
+    /// Centroid of a cell `[m]`.
+    #[must_use]
+    pub fn centroid(&self, cell: usize) -> Vector3<f64> {
+        measure::centroid(&self.points, &self.cells[cell].faces)
+    }
+
+    /// Flags of the cells that a condition on number and cell selects.
+    #[must_use]
+    pub fn select(&self, condition: impl Fn(usize, &ConvexCell) -> bool) -> Vec<bool> {
+        self.cells.iter().enumerate().map(|(number, cell)| condition(number, cell)).collect()
+    }
+
+    /// Cuts cells by planes. `allowed` has a flag for each cell; parts of a cell inherit it.
+    ///
+    /// Planes given in order across the rock are halved in turn, which keeps the tree of boxes flat.
+    pub fn cut(&mut self, planes: &[CutPlane], allowed: Vec<bool>) -> CutCount {
+        self.cut_where(planes, allowed, |_, _| true)
+    }
+
+    /// Cuts the cells that a tunnel touches, by the planes of its sides and ends.
+    pub fn cut_tunnel(&mut self, tunnel: &Tunnel, allowed: Vec<bool>) -> CutCount {
+        let margin = 10.0 * self.tolerance;
+        self.cut_where(&tunnel.planes, allowed, |complex, cell| {
+            tunnel.touches(&complex.points, &complex.cells[cell].faces, margin)
+        })
+    }
+
+    fn cut_where(
+        &mut self,
+        planes: &[CutPlane],
+        mut allowed: Vec<bool>,
+        condition: impl Fn(&Self, usize) -> bool,
+    ) -> CutCount {
+        allowed.resize(self.cells.len(), false);
+        let mut count = CutCount::default();
+        let mut sides = PointSides::default();
+        let mut met = Vec::new();
+        for i in halving_order(planes.len()) {
+            let before = count.divisions;
+            self.planes.push(planes[i]);
+            let mut crossings = HashMap::new();
+            sides.turn += 1;
+            self.tree.met(&planes[i], self.tolerance, &mut met);
+            for &(node, cell) in &met {
+                let wanted = allowed[cell as usize]
+                    && self.straddles(cell as usize, &mut sides)
+                    && condition(self, cell as usize);
+                if wanted && self.divide(node, cell, &mut sides, &mut crossings) {
+                    allowed.push(true);
+                    count.divisions += 1;
+                }
+                if self.cells.len() > MOST_CELLS {
+                    return CutCount { too_many: true, ..count };
+                }
+            }
+            count.planes += usize::from(count.divisions > before);
+            // A number without faces would only take memory.
+            if count.divisions == before {
+                self.planes.pop();
+            }
+        }
+        count
+    }
+
+    /// True if a cell has points on both sides of the last plane.
+    fn straddles(&self, cell: usize, sides: &mut PointSides) -> bool {
+        let Some(equation) = self.planes.last() else { return false };
+        let (mut below, mut above) = (false, false);
+        for &corner in self.cells[cell].faces.iter().flat_map(|face| &face.corners) {
+            let side = sides.decide(corner, || {
+                (equation.height(&self.points[corner as usize]), self.tolerance)
+            });
+            below |= side < 0;
+            above |= side > 0;
+        }
+        below && above
+    }
+
+    /// Divides a cell by the last plane; false if it stays whole.
+    fn divide(
+        &mut self,
+        node: u32,
+        cell: u32,
+        sides: &mut PointSides,
+        crossings: &mut HashMap<(u32, u32), u32>,
+    ) -> bool {
+        let plane = self.planes.len() as u32 - 1;
+        let (points, known) = (&mut self.points, &*sides);
+        let old = &self.cells[cell as usize];
+        let halves = split::split(
+            &old.faces,
+            plane,
+            |point| known.sides.get(point as usize).copied().unwrap_or(0),
+            |a, b| {
+                let (a, b) = (a.min(b), a.max(b));
+                *crossings.entry((a, b)).or_insert_with(|| {
+                    let [below, above] = [a, b].map(|point| known.heights[point as usize]);
+                    let [from, to] = [a, b].map(|point| points[point as usize]);
+                    points.push(from + (to - from) * (below / (below - above)));
+                    points.len() as u32 - 1
+                })
+            },
+        );
+        let Some(halves) = halves else {
+            self.n_uncut += 1;
+            return false;
+        };
+        let (region, new) = (old.region, self.cells.len() as u32);
+        let boxes = [&halves.below, &halves.above].map(|faces| bounds(&self.points, faces));
+        self.tree.divide(node, [(cell, boxes[0]), (new, boxes[1])]);
+        self.cells[cell as usize].faces = halves.below;
+        self.cells.push(ConvexCell { faces: halves.above, region });
+        true
+    }
+
+    /// Plane of a face.
+    #[must_use]
+    pub fn plane(&self, face: &CellFace) -> &CutPlane {
+        &self.planes[face.plane as usize]
+    }
+
+    /// Cuts whose planes bound a cell, in increasing order.
+    #[must_use]
+    pub fn cuts_of(&self, cell: usize) -> Vec<u32> {
+        let sources = self.cells[cell].faces.iter().map(|face| self.plane(face).source);
+        let mut cuts: Vec<u32> = sources
+            .filter_map(|source| match source {
+                PlaneSource::Region => None,
+                PlaneSource::Cut(cut) => Some(cut),
+            })
+            .collect();
+        cuts.sort_unstable();
+        cuts.dedup();
+        cuts
+    }
+}
+
+impl PointSides {
+    /// Side of a point, −1, 0 or 1, from its height and the tolerance.
+    fn decide(&mut self, point: u32, height: impl FnOnce() -> (f64, f64)) -> i8 {
+        let at = point as usize;
+        if at >= self.decided.len() {
+            self.decided.resize(at + 1, 0);
+            self.heights.resize(at + 1, 0.0);
+            self.sides.resize(at + 1, 0);
+        }
+        if self.decided[at] != self.turn {
+            let (height, tolerance) = height();
+            self.decided[at] = self.turn;
+            self.heights[at] = height;
+            self.sides[at] = i8::from(height > tolerance) - i8::from(height < -tolerance);
+        }
+        self.sides[at]
+    }
+}
+
+fn bounds(points: &[Vector3<f64>], faces: &[CellFace]) -> AxisBox {
+    let corners = faces.iter().flat_map(|face| &face.corners);
+    AxisBox::around(corners.map(|&corner| &points[corner as usize]))
+}
+
+/// Numbers below `n`, the middle of each range before its two halves.
+fn halving_order(n: usize) -> Vec<usize> {
+    let mut order = Vec::with_capacity(n);
+    let mut ranges = VecDeque::new();
+    ranges.push_back(0..n);
+    while let Some(range) = ranges.pop_front() {
+        if range.is_empty() {
+            continue;
+        }
+        let middle = range.start + range.len() / 2;
+        order.push(middle);
+        ranges.extend([range.start..middle, middle + 1..range.end]);
+    }
+    order
+}

@@ -1,0 +1,152 @@
+//! Sets of joints: planes at distances along a mean normal.
+
+use nalgebra::Vector3;
+
+use crate::plane::CutPlane;
+use crate::random::{RandomStream, fisher_cosine};
+
+/// Share of the planes of a set that may be steeper than those which are followed beyond the region.
+const RARE: f64 = 0.01;
+
+/// Set of joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JointSet {
+    /// Mean unit normal.
+    pub normal: Vector3<f64>,
+    /// Concentration κ of the Fisher distribution of the normals; `None` if planes are parallel.
+    pub fisher: Option<f64>,
+    /// Distances between planes along the mean normal.
+    pub spacing: Spacing,
+    /// Point on the first plane `[m]`.
+    pub origin: Vector3<f64>,
+}
+
+/// Distances between the planes of a set.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Spacing {
+    /// The same distance everywhere `[m]`.
+    Constant(f64),
+    /// All distances within `mean ± spread` are equally frequent.
+    Even {
+        /// Mean `[m]`.
+        mean: f64,
+        /// Largest deviation `[m]`.
+        spread: f64,
+    },
+    /// Exponential distribution above a least distance.
+    Exponential {
+        /// Mean `[m]`, the least distance included.
+        mean: f64,
+        /// Least distance `[m]`.
+        least: f64,
+    },
+    /// Lognormal distribution above a least distance.
+    Lognormal {
+        /// Mean `[m]`, the least distance included.
+        mean: f64,
+        /// Standard deviation `[m]`.
+        deviation: f64,
+        /// Least distance `[m]`.
+        least: f64,
+    },
+}
+
+impl Spacing {
+    /// Mean distance `[m]`.
+    #[must_use]
+    pub fn mean(&self) -> f64 {
+        match *self {
+            Self::Constant(mean)
+            | Self::Even { mean, .. }
+            | Self::Exponential { mean, .. }
+            | Self::Lognormal { mean, .. } => mean,
+        }
+    }
+
+    /// Next distance `[m]`. Each law takes the same count of numbers every time.
+    pub fn draw(&self, numbers: &mut RandomStream) -> f64 {
+        match *self {
+            Self::Constant(distance) => distance,
+            Self::Even { mean, spread } => mean + spread * (2.0 * numbers.uniform() - 1.0),
+            Self::Exponential { mean, least } => {
+                least - (mean - least) * libm::log(1.0 - numbers.uniform())
+            }
+            Self::Lognormal { mean, deviation, least } => {
+                let rest = mean - least;
+                let ratio = deviation / rest;
+                let variance = libm::log1p(ratio * ratio);
+                let exponent = libm::sqrt(variance) * numbers.normal() - variance / 2.0;
+                least + rest * libm::exp(exponent)
+            }
+        }
+    }
+}
+
+impl JointSet {
+    /// Range of distances from the origin along the normal `[m]` that planes through a body may
+    /// have. It reaches beyond the body by as much as tilted planes may come back.
+    fn range(&self, corners: &[Vector3<f64>]) -> [f64; 2] {
+        let offsets = corners.iter().map(|corner| corner - self.origin);
+        let along = offsets.clone().map(|offset| self.normal.dot(&offset));
+        let aside = offsets
+            .map(|offset| (offset - self.normal * self.normal.dot(&offset)).norm())
+            .fold(0.0, f64::max);
+        let beyond = self.fisher.map_or(0.0, |concentration| {
+            let cosine = fisher_cosine(concentration, RARE).max(0.1);
+            aside * libm::sqrt(1.0 - cosine * cosine) / cosine
+        });
+        let [low, high] = along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+            [low.min(at), high.max(at)]
+        });
+        [low - beyond, high + beyond]
+    }
+
+    /// Number of planes to expect, those that tilt away from the body included.
+    #[must_use]
+    pub fn expected(&self, corners: &[Vector3<f64>]) -> f64 {
+        let [low, high] = self.range(corners);
+        1.0 + (high.max(0.0) - low.min(0.0)) / self.spacing.mean()
+    }
+
+    /// Planes through a body with these corners, in order along the normal. One of them passes
+    /// through the origin. The planes on each side of it depend only on the seed and the number of
+    /// the cut, not on the body.
+    #[must_use]
+    pub fn planes(
+        &self,
+        corners: &[Vector3<f64>],
+        seed: u64,
+        cut: u32,
+        joined: bool,
+    ) -> Vec<CutPlane> {
+        let [low, high] = self.range(corners);
+        let mut planes = self.side(seed, (cut, joined), low.min(0.0), -1.0);
+        planes.reverse();
+        planes.extend(self.side(seed, (cut, joined), high.max(0.0), 1.0));
+        let meets = |plane: &CutPlane| {
+            let heights = || corners.iter().map(|corner| plane.height(corner));
+            heights().any(|height| height <= 0.0) && heights().any(|height| height >= 0.0)
+        };
+        planes.retain(meets);
+        planes
+    }
+
+    /// Planes on one side of the origin, outward. The plane through the origin belongs to the upper
+    /// side.
+    fn side(&self, seed: u64, (cut, joined): (u32, bool), end: f64, sign: f64) -> Vec<CutPlane> {
+        let stream = 2 * u64::from(cut) + u64::from(sign > 0.0);
+        let mut numbers = RandomStream::new(seed, stream);
+        let mut planes = Vec::new();
+        let mut distance = if sign > 0.0 { 0.0 } else { self.spacing.draw(&mut numbers) };
+        while distance <= end.abs() {
+            let normal = match self.fisher {
+                Some(concentration) => numbers.fisher(&self.normal, concentration),
+                None => self.normal,
+            };
+            let through = self.origin + self.normal * (sign * distance);
+            planes.extend(CutPlane::new(normal, through, cut, joined));
+            distance += self.spacing.draw(&mut numbers);
+        }
+        planes
+    }
+}

@@ -1,0 +1,46 @@
+//! Convex cells: regions of rock cut by joint sets, faults and tunnels.
+//!
+//! A [`CellComplex`] begins with the convex parts of regions ([`Polyhedron`], [`prism`]) and cuts
+//! them by planes ([`CutPlane`], [`JointSet`], [`Tunnel`]). Cells share points. The side of a point
+//! to a plane is decided once, and an edge is divided once, so that neighbours always agree and
+//! their faces match ([`MatchedFace`]). Only the cells whose boxes a plane meets are visited.
+//!
+//! ```
+//! use ddem_cut::{CellComplex, CutPlane, Polyhedron};
+//! use nalgebra::Vector3;
+//!
+//! let cube = Polyhedron::brick(Vector3::zeros(), Vector3::repeat(1.0))?;
+//! let mut rock = CellComplex::new(&[vec![cube]]);
+//! let diagonal = CutPlane::new(Vector3::new(1.0, 1.0, 0.0), Vector3::x(), 0, false);
+//! rock.cut(&diagonal.into_iter().collect::<Vec<_>>(), vec![true]);
+//! assert_eq!(rock.cells().len(), 2);
+//! assert_eq!(rock.matched_faces().len(), 1);
+//! assert!((rock.properties(0).volume - 0.5).abs() < 1e-15);
+//! # Ok::<(), ddem_cut::ShapeError>(())
+//! ```
+
+mod cell;
+mod complex;
+mod expected;
+mod joint_set;
+mod measure;
+mod neighbours;
+mod outline;
+mod plane;
+mod polyhedron;
+mod random;
+mod split;
+mod tree;
+mod tunnel;
+
+pub use cell::{CellDefect, CellFace, ConvexCell};
+pub use complex::{CellComplex, CutCount, MOST_CELLS, ON_PLANE};
+pub use expected::expected_cells;
+pub use joint_set::{JointSet, Spacing};
+pub use measure::CellProperties;
+pub use neighbours::MatchedFace;
+pub use outline::Outline;
+pub use plane::{Compass, CutPlane, PlaneSource, sin_cos_degrees};
+pub use polyhedron::{Polyhedron, ShapeError, prism};
+pub use random::RandomStream;
+pub use tunnel::Tunnel;

@@ -1,0 +1,80 @@
+//! Tree of the boxes of cells: a cell that is cut keeps its box, below which its two parts hang.
+
+use nalgebra::Vector3;
+
+use crate::plane::CutPlane;
+
+/// Box along the axes.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct AxisBox {
+    centre: Vector3<f64>,
+    half: Vector3<f64>,
+}
+
+impl AxisBox {
+    /// Smallest box around points.
+    pub(crate) fn around<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> Self {
+        let far = Vector3::repeat(f64::INFINITY);
+        let (low, high) = points.fold((far, -far), |(low, high), x| (low.inf(x), high.sup(x)));
+        Self { centre: (low + high) / 2.0, half: (high - low) / 2.0 }
+    }
+
+    /// True if a plane comes nearer than `margin`.
+    fn meets(&self, plane: &CutPlane, margin: f64) -> bool {
+        plane.height(&self.centre).abs() <= plane.normal.abs().dot(&self.half) + margin
+    }
+}
+
+/// Node of the tree.
+#[derive(Clone, Copy, Debug)]
+struct TreeNode {
+    bounds: AxisBox,
+    below: Below,
+}
+
+/// Contents of a node.
+#[derive(Clone, Copy, Debug)]
+enum Below {
+    /// A cell that exists.
+    Cell(u32),
+    /// Two nodes, the first of which has this number.
+    Nodes(u32),
+}
+
+/// Tree of boxes. A plane visits only the branches whose boxes it meets.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct CellTree {
+    nodes: Vec<TreeNode>,
+    n_roots: usize,
+}
+
+impl CellTree {
+    /// Adds a cell that is part of no other. All such cells come before the first division.
+    pub(crate) fn add_root(&mut self, cell: u32, bounds: AxisBox) {
+        self.nodes.push(TreeNode { bounds, below: Below::Cell(cell) });
+        self.n_roots = self.nodes.len();
+    }
+
+    /// Number of a node and of its cell, for all cells whose boxes a plane meets.
+    pub(crate) fn met(&self, plane: &CutPlane, margin: f64, met: &mut Vec<(u32, u32)>) {
+        met.clear();
+        let mut open: Vec<u32> = (0..self.n_roots as u32).rev().collect();
+        while let Some(number) = open.pop() {
+            let node = &self.nodes[number as usize];
+            if !node.bounds.meets(plane, margin) {
+                continue;
+            }
+            match node.below {
+                Below::Cell(cell) => met.push((number, cell)),
+                Below::Nodes(first) => open.extend([first + 1, first]),
+            }
+        }
+    }
+
+    /// Replaces the cell of a node by its two parts.
+    pub(crate) fn divide(&mut self, node: u32, parts: [(u32, AxisBox); 2]) {
+        self.nodes[node as usize].below = Below::Nodes(self.nodes.len() as u32);
+        self.nodes
+            .extend(parts.map(|(cell, bounds)| TreeNode { bounds, below: Below::Cell(cell) }));
+    }
+}
