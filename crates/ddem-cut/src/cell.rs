@@ -48,16 +48,13 @@ pub struct ConvexCell {
 }
 
 /// Flaw in the topology of a cell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CellDefect {
     /// Face with fewer than three corners, or with one of them twice.
-    #[error("a face has fewer than three corners, or one of them twice")]
     Face,
     /// Edge that is not once in each direction.
-    #[error("an edge does not belong to two faces in opposite directions")]
     Edge,
     /// Numbers of vertices, edges and faces that no polyhedron has.
-    #[error("V - E + F is not 2")]
     Euler,
 }
 

@@ -22,6 +22,7 @@
 mod cell;
 mod complex;
 mod expected;
+mod hexes;
 mod joint_set;
 mod measure;
 mod neighbours;
@@ -36,6 +37,7 @@ mod tunnel;
 pub use cell::{CellDefect, CellFace, ConvexCell};
 pub use complex::{CellComplex, CutCount, MOST_CELLS, ON_PLANE};
 pub use expected::expected_cells;
+pub use hexes::CellHexes;
 pub use joint_set::{JointSet, Spacing};
 pub use measure::CellProperties;
 pub use neighbours::MatchedFace;

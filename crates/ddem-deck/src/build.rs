@@ -8,6 +8,7 @@ mod faces;
 mod geometry;
 mod mechanism;
 mod properties;
+mod rock;
 mod selections;
 mod stress;
 mod unbalanced;
@@ -20,6 +21,8 @@ use ddem_core::{Fault, Model, ModelError, Problem};
 
 use geometry::{Cut, Names, Region};
 pub use geometry::{Interface, Selection};
+pub use rock::CutRock;
+pub(crate) use rock::parts as rock_parts;
 
 use crate::lint::Diagnostic;
 use crate::schema::{Deck, Where};

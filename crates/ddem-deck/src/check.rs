@@ -7,6 +7,7 @@ mod contact;
 mod history;
 mod matter;
 mod region;
+mod rock;
 mod stages;
 mod strength;
 #[cfg(test)]
@@ -32,10 +33,37 @@ pub fn check(deck: &Deck) -> Vec<Fault> {
     faults.finite("model.gravity", &deck.model.gravity);
     contact::check(&deck.contact, &mut faults);
     matter::check(deck, &mut faults);
+    rock::check(deck, &mut faults);
+    if !deck.region.is_empty() {
+        faults.add_help(
+            ErrorCode::NotSupported,
+            "region[0]",
+            "a deck with regions cannot be run yet: its blocks can only be cut",
+            "`ddem cut deck.toml` cuts them, lists them and draws them",
+        );
+    }
     blocks::check(deck, &mut faults);
     conditions::check(deck, &mut faults);
     charge::check(deck, &mut faults);
     stages::check(deck, &mut faults);
+    faults.0.into_iter().map(with_example).collect()
+}
+
+/// Faults of the regions of a deck, of their cuts and of what these name. A deck without any of them
+/// can be cut: [`Deck::cut_regions`].
+pub fn check_cuts(deck: &Deck) -> Vec<Fault> {
+    let mut faults = Faults::default();
+    matter::check(deck, &mut faults);
+    rock::check(deck, &mut faults);
+    if deck.region.is_empty() && deck.cut.is_empty() {
+        faults.add_help(
+            ErrorCode::EmptyModel,
+            "region",
+            "the deck has no regions to cut",
+            "`region` with `box`, `prism` or `faces` makes one; sets of blocks have their joints \
+             already",
+        );
+    }
     faults.0.into_iter().map(with_example).collect()
 }
 

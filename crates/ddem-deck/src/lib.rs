@@ -32,8 +32,8 @@ mod near;
 mod reader;
 mod schema;
 
-pub use build::{BuiltDeck, Interface, Selection};
-pub use check::check;
+pub use build::{BuiltDeck, CutRock, Interface, Selection};
+pub use check::{check, check_cuts};
 pub use diagnose::{DeckError, Finding};
 pub use near::near;
 pub use reader::{

@@ -19,6 +19,7 @@ mod matter;
 pub mod names;
 mod orientation;
 mod region;
+mod rock;
 mod size;
 mod stages;
 mod surface;
@@ -44,6 +45,10 @@ pub use matter::{Joint, Material};
 pub(crate) use orientation::normal_of;
 pub use orientation::{Orientation, Orientations};
 pub use region::{Cylinder, Extent, Plane, Sheet, Side, Sphere, Where};
+pub use rock::{
+    AxisName, BoxShape, PlaneCut, PrismShape, RockCut, RockRegion, SetCut, SetSpacing, SmallBlocks,
+    SmallKind, SpacingLaw, SpacingTable, TunnelCut,
+};
 pub use size::Size;
 pub use stages::{OnFailure, Stage};
 pub(crate) use surface::SurfaceMesh;
@@ -76,6 +81,12 @@ pub struct Deck {
     /// Sets of blocks, each a lattice or a mesh.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub blocks: Vec<BlockSet>,
+    /// Regions of rock that cuts divide into blocks.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub region: Vec<RockRegion>,
+    /// Cuts of the regions, in order.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub cut: Vec<RockCut>,
     /// Other joints or materials for a part of the model; later entries win.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assign: Vec<Assign>,

@@ -16,6 +16,7 @@ use crate::replace::temporary;
 
 const MARKER: &str = "ddem.json";
 const BLOCKS: &str = "blocks.vtkhdf";
+const CELLS: &str = "blocks.csv";
 const JOINTS: &str = "joints.vtkhdf";
 const CONTACTS: &str = "contacts.vtkhdf";
 const PROBES: &str = "probes.csv";
@@ -25,8 +26,8 @@ const FRAMES: &str = "frames.csv";
 /// Name of the summary in a folder of results.
 pub const SUMMARY: &str = "summary.json";
 pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
-const RESULTS: [&str; 9] =
-    [BLOCKS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES, SUMMARY, CHECKPOINT];
+const RESULTS: [&str; 10] =
+    [BLOCKS, CELLS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES, SUMMARY, CHECKPOINT];
 
 /// Reason why a folder cannot take the results; nothing was written. The message states the fact only: the remedy
 /// depends on the program's options for the folder and [`Earlier`].
@@ -187,6 +188,11 @@ impl Folder {
     /// `blocks.vtkhdf`.
     pub fn blocks(&self) -> PathBuf {
         self.path.join(BLOCKS)
+    }
+
+    /// `blocks.csv`.
+    pub fn cells(&self) -> PathBuf {
+        self.path.join(CELLS)
     }
 
     /// `joints.vtkhdf`.

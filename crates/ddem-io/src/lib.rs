@@ -2,6 +2,7 @@
 
 #![warn(clippy::print_stdout)]
 
+pub mod cells;
 pub mod checkpoint;
 pub mod folder;
 mod hdf;

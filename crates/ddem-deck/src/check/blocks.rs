@@ -7,7 +7,7 @@ use crate::schema::{BlockMesh, BlockSet, COORDINATES, Deck, JointChoice, Remove}
 const AXES: [&str; 3] = ["x", "y", "z"];
 
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
-    if deck.blocks.is_empty() {
+    if deck.blocks.is_empty() && deck.region.is_empty() {
         faults.add_help(
             ErrorCode::EmptyModel,
             "blocks",
@@ -21,15 +21,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     faults.unique("set of blocks", named);
     for (i, set) in deck.blocks.iter().enumerate() {
         let at = format!("blocks[{i}]");
-        if set.material.is_empty() {
-            faults.add(
-                ErrorCode::MissingKey,
-                format!("{at}.material"),
-                "key `material` is missing or empty",
-            );
-        } else {
-            material(deck, format!("{at}.material"), &set.material, faults);
-        }
+        material_of(deck, &at, &set.material, faults);
         if let Some(mesh) = &set.mesh {
             of_mesh(deck, &at, (set, mesh), faults);
             continue;
@@ -42,6 +34,16 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     changes(deck, faults);
 }
 
+/// Checks the key `material` of a set of blocks or a region.
+pub(super) fn material_of(deck: &Deck, at: &str, name: &str, faults: &mut Faults) {
+    let place = format!("{at}.material");
+    if name.is_empty() {
+        faults.add(ErrorCode::MissingKey, place, "key `material` is missing or empty");
+    } else {
+        material(deck, place, name, faults);
+    }
+}
+
 fn material(deck: &Deck, place: String, name: &str, faults: &mut Faults) {
     // A deck without materials has one fault that says so, not one for each name.
     if !deck.materials.is_empty() {
@@ -50,7 +52,7 @@ fn material(deck: &Deck, place: String, name: &str, faults: &mut Faults) {
     }
 }
 
-fn joint(deck: &Deck, place: String, name: &str, faults: &mut Faults) {
+pub(super) fn joint(deck: &Deck, place: String, name: &str, faults: &mut Faults) {
     let known = deck.joints.keys().map(String::as_str);
     faults.reference(place, name, known, ("joint", "`[joints.NAME]`"));
 }

@@ -124,6 +124,7 @@ macro_rules! regions {
         let mut add = |section: &str, index: usize, region| {
             regions.push((format!("{section}[{index}].where"), region));
         };
+        $deck.cut.$iter().enumerate().for_each(|(i, e)| add("cut", i, $one!(e.region)));
         $deck.assign.$iter().enumerate().for_each(|(i, e)| add("assign", i, $one!(e.region)));
         $deck.remove.$iter().enumerate().for_each(|(i, e)| add("remove", i, $one!(e.region)));
         $deck.refine.$iter().enumerate().for_each(|(i, e)| add("refine", i, $one!(e.region)));

@@ -9,7 +9,9 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use super::{Damping, Extent, FileOf, Heights, History, JointChoice, Plane, Sheet, TimeStep};
+use super::{
+    Damping, Extent, FileOf, Heights, History, JointChoice, Plane, SetSpacing, Sheet, TimeStep,
+};
 
 /// Visitor methods for the three types in which a reader passes a number.
 macro_rules! numbers {
@@ -143,6 +145,31 @@ impl<'de> Deserialize<'de> for JointChoice {
         }
 
         deserializer.deserialize_any(JointChoiceForms)
+    }
+}
+
+impl<'de> Deserialize<'de> for SetSpacing {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct SpacingForms;
+
+        impl<'de> Visitor<'de> for SpacingForms {
+            type Value = SetSpacing;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(
+                    "a number (the same distance everywhere), `{ mean, spread }` or `{ mean, law, \
+                     deviation, least }`",
+                )
+            }
+
+            numbers!(SetSpacing, SetSpacing::Constant);
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<SetSpacing, A::Error> {
+                Deserialize::deserialize(MapAccessDeserializer::new(map)).map(SetSpacing::Random)
+            }
+        }
+
+        deserializer.deserialize_any(SpacingForms)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Dip and dip direction: north is y, east is x, up is z.
 
+use ddem_cut::sin_cos_degrees;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -34,21 +35,10 @@ impl Orientations {
     }
 }
 
-/// Sine and cosine of an angle in degrees, without rounding where they are 0, 1 and −1.
-fn sin_cos(degrees: f64) -> (f64, f64) {
-    match degrees.rem_euclid(360.0) {
-        0.0 => (0.0, 1.0),
-        90.0 => (1.0, 0.0),
-        180.0 => (0.0, -1.0),
-        270.0 => (-1.0, 0.0),
-        other => libm::sincos(other.to_radians()),
-    }
-}
-
 /// Unit normal of a dipping plane. It points up, or along the dip direction if the plane is
 /// vertical.
 pub(crate) fn normal_of(dip: f64, dip_direction: f64) -> [f64; 3] {
-    let ((down, level), (east, north)) = (sin_cos(dip), sin_cos(dip_direction));
+    let ((down, level), (east, north)) = (sin_cos_degrees(dip), sin_cos_degrees(dip_direction));
     [down * east, down * north, level]
 }
 
@@ -61,7 +51,7 @@ impl BlockSet {
         }
         let Some(dip) = self.dip else { return self.axes };
         let dip_direction = self.dip_direction.unwrap_or(0.0);
-        let ((down, level), (east, north)) = (sin_cos(dip), sin_cos(dip_direction));
+        let ((down, level), (east, north)) = (sin_cos_degrees(dip), sin_cos_degrees(dip_direction));
         // The edges point down the dip, along the strike, and along the normal.
         [[level * east, level * north, -down], [-north, east, 0.0], normal_of(dip, dip_direction)]
     }

@@ -9,15 +9,16 @@ use ddem_deck::lint::Code;
 use crate::notation::{literals, sources};
 
 /// Crates with messages.
-const CRATES: [&str; 6] =
-    ["ddem-mechanics", "ddem-mesh", "ddem-core", "ddem-deck", "ddem-io", "ddem-cli"];
+const CRATES: [&str; 7] =
+    ["ddem-cut", "ddem-mechanics", "ddem-mesh", "ddem-core", "ddem-deck", "ddem-io", "ddem-cli"];
 
 /// Files whose texts are reports, progress or names, not messages.
-const REPORTS: [&str; 6] = [
+const REPORTS: [&str; 7] = [
     "ddem-cli/src/progress.rs",
     "ddem-core/src/error/code.rs",
     "ddem-deck/src/lint.rs",
     "ddem-deck/src/schema/examples.rs",
+    "ddem-io/src/cells/table.rs",
     "ddem-io/src/run/plan.rs",
     "ddem-io/src/summary/table.rs",
 ];

@@ -10,10 +10,11 @@ use serde_json::{Value, json};
 use toml::Table;
 
 /// Words that state a default without a value.
-const WORDS: [&str; 15] = [
+const WORDS: [&str; 18] = [
     "none",
     "none: never in the model",
     "none: brittle",
+    "none: parallel",
     "all",
     "all sets",
     "all, and the friction of contacts",
@@ -26,6 +27,8 @@ const WORDS: [&str; 15] = [
     "even cuts",
     "that of the two faces",
     "the `joint` of the set",
+    "the middle of the regions",
+    "that of its keys",
 ];
 /// Defaults that follow from other keys; `defaults_that_follow_from_other_keys` checks them.
 const RULES: [(&str, &str); 4] = [
@@ -203,7 +206,24 @@ name = "corner"
 at = [0, 0, 0]
 "#;
 
-/// Place in `BASE` and another value of each key with a default.
+/// Deck with a region and a cut in which every key of theirs with a default has an effect.
+const ROCK: &str = r#"
+[materials.rock]
+density = 2400
+young = 18e9
+poisson = 0.25
+[joints.seam]
+normal_stiffness = 1e10
+shear_stiffness = 1e10
+[[region]]
+box = { from = [0, 0, 0], to = [4, 4, 4] }
+material = "rock"
+[[cut]]
+set = { dip = 40, dip_direction = 130, fisher = 20, spacing = { mean = 1, law = "exponential" } }
+joint = "seam"
+"#;
+
+/// Place in `BASE` or `ROCK` and another value of each key with a default.
 fn places() -> Vec<(&'static str, &'static str, &'static str, Value)> {
     vec![
         ("Deck", "title", "", json!("a title")),
@@ -227,6 +247,14 @@ fn places() -> Vec<(&'static str, &'static str, &'static str, Value)> {
         ("Initial", "velocity", "initial.0", json!([1, 0, 0])),
         ("Initial", "centre", "initial.0", json!([1, 0, 0])),
         ("Where", "within", "assign.0.where", json!(90)),
+        ("RockRegion", "divisions", "region.0", json!(4)),
+        ("RockRegion", "body", "region.0", json!("rigid")),
+        ("RockRegion", "north", "region.0", json!([1, 0, 0])),
+        ("RockRegion", "seed", "region.0", json!(1)),
+        ("SmallBlocks", "width", "region.0.small", json!(0.5)),
+        ("SmallBlocks", "is", "region.0.small", json!("removed")),
+        ("RockCut", "join", "cut.0", json!(true)),
+        ("SpacingTable", "least", "cut.0.set.spacing", json!(0.5)),
         ("Stage", "bracket", "stage.2", json!([1, 2])),
         ("Stage", "resolution", "stage.2", json!(0.1)),
         ("Stage", "limit", "stage.2", json!(0.1)),
@@ -246,9 +274,11 @@ fn places() -> Vec<(&'static str, &'static str, &'static str, Value)> {
     ]
 }
 
-/// `BASE` with a key, or without it.
+/// `BASE` or `ROCK` with a key, or without it.
 fn with(place: &str, key: &str, value: Option<&Value>) -> Deck {
-    let mut root = toml::Value::Table(BASE.parse::<Table>().unwrap());
+    let rock = ["region", "cut"].iter().any(|section| place.starts_with(section));
+    let base = if rock { ROCK } else { BASE };
+    let mut root = toml::Value::Table(base.parse::<Table>().unwrap());
     let mut at = &mut root;
     for part in place.split('.').filter(|part| !part.is_empty()) {
         at = match part.parse::<usize>() {
@@ -265,6 +295,10 @@ fn with(place: &str, key: &str, value: Option<&Value>) -> Deck {
     match value {
         Some(value) => {
             table.insert(key.to_owned(), toml::Value::try_from(value).unwrap());
+            // Parts that stay one block have no joint between them.
+            if key == "join" && *value == json!(true) {
+                table.remove("joint");
+            }
         }
         None => assert!(removed.is_none(), "{place}.{key} is in the deck"),
     }
@@ -273,6 +307,10 @@ fn with(place: &str, key: &str, value: Option<&Value>) -> Deck {
 
 /// Everything that keys with defaults can change: the problem, and the settings of its run.
 fn effect(deck: &Deck) -> String {
+    if !deck.region.is_empty() {
+        let rock = deck.cut_regions().unwrap_or_else(|error| panic!("{error}"));
+        return format!("{} {:?}", ddem_io::cells::table(&rock), rock.complex);
+    }
     let built = BuiltDeck::new(deck).unwrap_or_else(|error| panic!("{error}"));
     let mut problem = (**built.problem()).clone();
     // Without a value the damping is that of the deck.

@@ -16,6 +16,7 @@ mod messages;
 mod model_messages;
 mod notation;
 mod regions;
+mod rock;
 mod run_messages;
 mod selection;
 mod sets;

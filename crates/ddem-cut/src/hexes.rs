@@ -1,0 +1,140 @@
+//! Hexahedra of cells, by midpoint subdivision.
+
+use nalgebra::Vector3;
+
+use crate::cell::{CellFace, ConvexCell};
+use crate::complex::CellComplex;
+
+/// Hexahedra that fill cells. Points of different cells are separate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CellHexes {
+    /// Corners, midpoints of edges, means of faces, and means of cells `[m]`.
+    pub points: Vec<Vector3<f64>>,
+    /// Eight points of each hexahedron in VTK's order.
+    pub hexes: Vec<[u32; 8]>,
+    /// Number of the cell of each hexahedron.
+    pub cells: Vec<u32>,
+}
+
+/// Numbers of the points of one cell.
+#[derive(Debug)]
+struct CellNodes {
+    vertices: Vec<u32>,
+    /// Edges with the lower vertex first, in increasing order.
+    edges: Vec<(u32, u32)>,
+    /// Number of the first point; vertices, edges, faces and the cell follow.
+    first: u32,
+}
+
+impl CellNodes {
+    fn new(cell: &ConvexCell, first: u32) -> Self {
+        let edges = cell.faces.iter().flat_map(CellFace::edges);
+        let mut edges: Vec<(u32, u32)> = edges.filter(|(a, b)| a < b).collect();
+        edges.sort_unstable();
+        Self { vertices: cell.vertices(), edges, first }
+    }
+
+    fn vertex(&self, vertex: u32) -> u32 {
+        self.first + self.vertices.partition_point(|&other| other < vertex) as u32
+    }
+
+    fn edge(&self, a: u32, b: u32) -> u32 {
+        let edge = (a.min(b), a.max(b));
+        let position = self.edges.partition_point(|&other| other < edge);
+        self.first + (self.vertices.len() + position) as u32
+    }
+
+    fn face(&self, face: usize) -> u32 {
+        self.first + (self.vertices.len() + self.edges.len() + face) as u32
+    }
+}
+
+/// Part of a face at one of its corners.
+#[derive(Clone, Copy, Debug)]
+struct FaceCorner {
+    face: usize,
+    before: u32,
+    after: u32,
+}
+
+impl CellComplex {
+    /// Hexahedra between each vertex of a cell, the midpoints of its edges, the means of its faces
+    /// and the mean of the cell. If a vertex has more than three edges, the cell is filled by pyramids
+    /// below the parts of its faces instead, as hexahedra with four equal points.
+    #[must_use]
+    pub fn hexes(&self) -> CellHexes {
+        let mut all = CellHexes::default();
+        for (number, cell) in self.cells().iter().enumerate() {
+            let nodes = CellNodes::new(cell, all.points.len() as u32);
+            self.add_points(cell, &nodes, &mut all.points);
+            let centre = all.points.len() as u32 - 1;
+            // Twice the edges of a polyhedron whose vertices all have three are 3V.
+            let three = 2 * nodes.edges.len() == 3 * nodes.vertices.len();
+            for &vertex in &nodes.vertices {
+                let corners = corners(cell, vertex);
+                match corner_hex(&corners, &nodes, vertex, centre).filter(|_| three) {
+                    Some(hex) => all.hexes.push(hex),
+                    None => all.hexes.extend(pyramids(&corners, &nodes, vertex, centre)),
+                }
+            }
+            all.cells.resize(all.hexes.len(), number as u32);
+        }
+        all
+    }
+
+    fn add_points(&self, cell: &ConvexCell, nodes: &CellNodes, points: &mut Vec<Vector3<f64>>) {
+        let at = |vertex: u32| self.points()[vertex as usize];
+        let mean = |vertices: &[u32]| {
+            vertices.iter().fold(Vector3::zeros(), |sum, &vertex| sum + at(vertex))
+                / vertices.len() as f64
+        };
+        points.extend(nodes.vertices.iter().map(|&vertex| at(vertex)));
+        points.extend(nodes.edges.iter().map(|&(a, b)| (at(a) + at(b)) / 2.0));
+        points.extend(cell.faces.iter().map(|face| mean(&face.corners)));
+        points.push(mean(&nodes.vertices));
+    }
+}
+
+/// Parts of the faces at a vertex.
+fn corners(cell: &ConvexCell, vertex: u32) -> Vec<FaceCorner> {
+    let of_face = |(face, of): (usize, &CellFace)| {
+        let n = of.corners.len();
+        let i = of.corners.iter().position(|&corner| corner == vertex)?;
+        let (before, after) = (of.corners[(i + n - 1) % n], of.corners[(i + 1) % n]);
+        Some(FaceCorner { face, before, after })
+    };
+    cell.faces.iter().enumerate().filter_map(of_face).collect()
+}
+
+impl CellNodes {
+    /// Part of a face at a vertex, seen from inside: vertex, edge before, face, edge after.
+    fn quad(&self, vertex: u32, corner: &FaceCorner) -> [u32; 4] {
+        let [before, after] = [corner.before, corner.after].map(|end| self.edge(vertex, end));
+        [self.vertex(vertex), before, self.face(corner.face), after]
+    }
+}
+
+/// Hexahedron at a vertex of three edges.
+fn corner_hex(
+    corners: &[FaceCorner],
+    nodes: &CellNodes,
+    vertex: u32,
+    centre: u32,
+) -> Option<[u32; 8]> {
+    let (base, others) = corners.split_first()?;
+    let beside =
+        |end: u32| others.iter().find(|corner| corner.before == end || corner.after == end);
+    let (left, right) = (beside(base.before)?, beside(base.after)?);
+    let third = if left.before == base.before { left.after } else { left.before };
+    let [a, b, c, d] = nodes.quad(vertex, base);
+    let top = nodes.edge(vertex, third);
+    Some([a, b, c, d, top, nodes.face(left.face), centre, nodes.face(right.face)])
+}
+
+fn pyramids(corners: &[FaceCorner], nodes: &CellNodes, vertex: u32, centre: u32) -> Vec<[u32; 8]> {
+    let pyramid = |corner: &FaceCorner| {
+        let [a, b, c, d] = nodes.quad(vertex, corner);
+        [a, b, c, d, centre, centre, centre, centre]
+    };
+    corners.iter().map(pyramid).collect()
+}

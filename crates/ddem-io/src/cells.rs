@@ -1,0 +1,87 @@
+//! Files of regions that have been cut: `blocks.csv` and `blocks.vtkhdf`.
+
+mod table;
+
+pub use table::table;
+
+use std::path::Path;
+
+use ddem_deck::{CutRock, Deck, Source};
+
+use crate::folder::{self, Earlier, Folder};
+use crate::output_error::OutputError;
+use crate::run::RunFailure;
+use crate::vtkhdf::{Cells, Constant, FieldSpec, Grid, Location, Writer};
+
+/// Columns of `blocks.csv`, a row for each cell.
+const COLUMNS: [&str; 12] = [
+    "cell", "volume", "width", "faces", "vertices", "x", "y", "z", "region", "material", "block",
+    "cuts",
+];
+
+/// Writes the cells of a deck to a folder, and returns the folder.
+///
+/// # Errors
+///
+/// The folder or its files cannot be written.
+pub fn write(
+    rock: &CutRock,
+    (deck, source): (&Deck, &Source),
+    out: &Path,
+    earlier: Earlier,
+) -> Result<Folder, RunFailure> {
+    let name = Path::new(source.name()).file_name().unwrap_or_default().to_string_lossy();
+    let folder = folder::prepare(out, &name, &deck.title, source.text(), earlier)?;
+    rows(rock, &folder.cells())?;
+    hexahedra(rock, &folder.blocks())?;
+    Ok(folder)
+}
+
+fn rows(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
+    let wrong = |error| OutputError::csv(path, "writing", error);
+    let mut writer = csv::Writer::from_path(path).map_err(wrong)?;
+    writer.write_record(COLUMNS).map_err(wrong)?;
+    for (number, cell) in rock.complex.cells().iter().enumerate() {
+        let of = &rock.properties[number];
+        let row = [
+            number.to_string(),
+            of.volume.to_string(),
+            of.width.to_string(),
+            cell.faces.len().to_string(),
+            cell.vertices().len().to_string(),
+            of.centroid.x.to_string(),
+            of.centroid.y.to_string(),
+            of.centroid.z.to_string(),
+            rock.region_name(number),
+            rock.region(number).material.clone(),
+            rock.blocks[number].to_string(),
+            rock.cut_by(number),
+        ];
+        writer.write_record(row).map_err(wrong)?;
+    }
+    writer.flush().map_err(|error| OutputError::io(path, "writing", error))
+}
+
+/// Writes the hexahedra of the cells, with the numbers of cell, block and region, volume and width.
+fn hexahedra(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
+    let hexes = rock.complex.hexes();
+    let points = hexes.points.iter().map(|&point| point.into()).collect();
+    let grid = Grid { points, cells: Cells::Hexahedra(hexes.hexes) };
+    let of = |number: &dyn Fn(usize) -> u32| -> Vec<i32> {
+        hexes.cells.iter().map(|&cell| number(cell as usize) as i32).collect()
+    };
+    let cells = of(&|cell| cell as u32);
+    let blocks = of(&|cell| rock.blocks[cell]);
+    let regions = of(&|cell| rock.complex.cells()[cell].region);
+    let constant = |name, values| Constant { name, location: Location::Cell, values };
+    let constants =
+        [constant("cell", &cells), constant("block", &blocks), constant("region", &regions)];
+    let fields = ["volume", "width"].map(|name| FieldSpec::cell(name, 1));
+    let mut writer = Writer::create(path, &grid, &constants, &fields)?;
+    writer.append(0.0, None, &mut |field, rows, out| {
+        for (value, row) in out.iter_mut().zip(rows) {
+            let properties = &rock.properties[hexes.cells[row] as usize];
+            *value = [properties.volume, properties.width][field];
+        }
+    })
+}

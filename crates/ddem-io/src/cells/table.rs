@@ -1,0 +1,109 @@
+//! Short table about the cells of a deck.
+
+use std::fmt::Write;
+
+use ddem_deck::{CutRock, SmallKind};
+
+/// Number of the thinnest cells that are listed.
+const LISTED: usize = 10;
+
+/// Numbers and volumes of the cells of each region, and the thinnest cells with what cut them.
+#[must_use]
+pub fn table(rock: &CutRock) -> String {
+    let mut text = String::new();
+    let n = rock.complex.cells().len();
+    let blocks = rock.blocks.iter().max().map_or(0, |last| last + 1);
+    let joints = rock.matched.iter().filter(|face| rock.is_joint(face)).count();
+    let elements: usize = (0..n).map(|cell| rock.n_elements(cell)).sum();
+    // A string takes any text.
+    let _ =
+        writeln!(text, "{n} cells in {blocks} blocks, {joints} joint faces, {elements} elements\n");
+    let width = (0..rock.regions().len()).map(|region| name(rock, region).len());
+    let width = width.max().unwrap_or(0).max("region".len());
+    let _ = writeln!(
+        text,
+        "{:width$}  {:>8}  {:>12}  {:>12}  {:>12}  {:>12}",
+        "region", "cells", "volume m³", "smallest m³", "largest m³", "width m"
+    );
+    for region in 0..rock.regions().len() {
+        let volumes = || rock.cells_of(region).into_iter().map(|cell| rock.properties[cell].volume);
+        let _ = writeln!(
+            text,
+            "{:width$}  {:>8}  {:>12.6}  {:>12.3e}  {:>12.3e}  {:>12.4}",
+            name(rock, region),
+            volumes().count(),
+            volumes().sum::<f64>(),
+            volumes().fold(f64::INFINITY, f64::min),
+            volumes().fold(0.0, f64::max),
+            rock.median_width(region),
+        );
+    }
+    text.push('\n');
+    for region in 0..rock.regions().len() {
+        text += &thin(rock, region);
+    }
+    if rock.complex.n_uncut() > 0 {
+        let _ = writeln!(
+            text,
+            "{} cells stay whole: a plane passes nearly through their corners",
+            rock.complex.n_uncut()
+        );
+    }
+    text + &thinnest(rock)
+}
+
+fn name(rock: &CutRock, region: usize) -> String {
+    rock.regions()[region].name.clone().unwrap_or_else(|| format!("region[{region}]"))
+}
+
+/// Line on the cells of a region that are thin, and what becomes of them.
+fn thin(rock: &CutRock, region: usize) -> String {
+    let small = rock.regions()[region].small;
+    let least = small.width * rock.median_width(region);
+    let cells = rock.cells_of(region);
+    let sizes = |cell: &usize| rock.properties[*cell];
+    let total: f64 = cells.iter().map(|cell| sizes(cell).volume).sum();
+    let thin: Vec<_> = cells.iter().map(sizes).filter(|of| of.width < least).collect();
+    if thin.is_empty() {
+        return String::new();
+    }
+    let share = 100.0 * thin.iter().map(|of| of.volume).sum::<f64>() / total;
+    let effect = match small.is {
+        SmallKind::Scaled => {
+            // The step of a cell follows its width: inertia grows with the square.
+            let added = |volume: f64, width: f64| volume * ((least / width).powi(2) - 1.0);
+            let added: f64 = thin.iter().map(|of| added(of.volume, of.width)).sum();
+            format!("more inertia, {:.3} % of the mass", 100.0 * added / total)
+        }
+        SmallKind::Rigid => "rigid".to_owned(),
+        SmallKind::Removed => "removed".to_owned(),
+    };
+    format!(
+        "{}: {} of {} cells are thinner than {least:.4} m, with {share:.3} % of the volume: {effect}\n",
+        name(rock, region),
+        thin.len(),
+        cells.len(),
+    )
+}
+
+fn thinnest(rock: &CutRock) -> String {
+    let mut cells: Vec<usize> = (0..rock.complex.cells().len()).collect();
+    cells.sort_by(|&a, &b| rock.properties[a].width.total_cmp(&rock.properties[b].width));
+    let mut text = format!(
+        "\n{:>8}  {:>10}  {:>10}  {:<28}  cut by\n",
+        "thinnest", "width m", "volume m³", "centroid"
+    );
+    for &cell in cells.iter().take(LISTED) {
+        let of = &rock.properties[cell];
+        let place = of.centroid.iter().map(|part| format!("{part:.3}")).collect::<Vec<_>>();
+        let place = format!("[{}]", place.join(", "));
+        let _ = writeln!(
+            text,
+            "{cell:>8}  {:>10.3e}  {:>10.3e}  {place:<28}  {}",
+            of.width,
+            of.volume,
+            rock.cut_by(cell).replace(' ', ", ")
+        );
+    }
+    text
+}
