@@ -42,6 +42,8 @@ pub(crate) enum Command {
         #[arg(value_name = "DIR")]
         folder: PathBuf,
     },
+    /// Cut the regions of a deck and list their blocks: blocks.csv, blocks.vtkhdf and a table
+    Cut(CutArguments),
     /// Draw a picture of the results with the Python module of ddem
     Plot(Plot),
     /// Explain that the command `run` does not exist
@@ -50,6 +52,36 @@ pub(crate) enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+}
+
+/// Options of a cut.
+#[derive(Debug, Args)]
+pub(crate) struct CutArguments {
+    /// Deck with regions, a TOML file
+    #[arg(value_name = "DECK")]
+    pub(crate) deck: PathBuf,
+    /// Folder of the files [default: results/<name of the deck>-cut]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Remove earlier files of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
+    #[arg(long)]
+    pub(crate) overwrite: bool,
+}
+
+impl CutArguments {
+    /// Folder of the files.
+    pub(crate) fn folder(&self) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| {
+            let mut name = self.deck.file_stem().unwrap_or_default().to_owned();
+            name.push("-cut");
+            Path::new("results").join(name)
+        })
+    }
+
+    /// Treatment of earlier files.
+    pub(crate) fn earlier(&self) -> Earlier {
+        if self.overwrite { Earlier::Overwrite } else { Earlier::Keep }
+    }
 }
 
 /// Picture of results.
@@ -172,7 +204,7 @@ impl RunArguments {
 }
 
 /// Commands, for a message.
-const COMMANDS: &str = "ddem runs one deck, and its commands are schema, info and plot";
+const COMMANDS: &str = "ddem runs one deck, and its commands are schema, info, cut and plot";
 
 /// Error with a plain message for an unexpected second word: a misspelt command or a second deck.
 /// Other errors are returned unchanged. `words` are those of the command line.

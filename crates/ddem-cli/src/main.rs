@@ -15,10 +15,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use clap::Parser;
 use ddem_core::ErrorCode;
 use ddem_deck::DeckError;
+use ddem_io::cells;
 use ddem_io::run;
 use ddem_io::run::{Options, Outcome, RunFailure};
 
-use args::{Cli, Command, RunArguments};
+use args::{Cli, Command, CutArguments, RunArguments};
 use plot::NoPicture;
 use progress::{Screen, Watcher};
 use results::NoResults;
@@ -99,6 +100,7 @@ fn command() -> Result<CommandOutcome, CommandFailure> {
         (None, Some(run)) => run_deck(&run),
         (Some(Command::Schema), _) => output(&format!("{:#}\n", ddem_deck::json_schema())),
         (Some(Command::Info { folder }), _) => output(&results::info(&folder)?),
+        (Some(Command::Cut(args)), _) => cut(&args),
         (Some(Command::Plot(args)), _) => {
             results::is_folder(&args.folder)?;
             plot::plot(&args)?;
@@ -126,6 +128,21 @@ fn check(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
         complain(&format!("warning: {warning}\n"));
     }
     output(&report.to_string())
+}
+
+/// Cuts the regions of a deck.
+fn cut(args: &CutArguments) -> Result<CommandOutcome, CommandFailure> {
+    let (deck, source) = ddem_deck::read(&args.deck)?;
+    let rock = deck.cut_regions().map_err(|error| DeckError::from_faults(&source, error.faults))?;
+    let folder = cells::write(&rock, (&deck, &source), &args.folder(), args.earlier())?;
+    let screen = Screen::new(false);
+    if let Some(kept) = folder.kept() {
+        screen.line(&format!("earlier results were moved to {}", kept.display()));
+    }
+    output(&cells::table(&rock))?;
+    let out = folder.path().display();
+    screen.line(&format!("the blocks are in {out}: open blocks.vtkhdf there in ParaView"));
+    Ok(CommandOutcome::Done)
 }
 
 fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {

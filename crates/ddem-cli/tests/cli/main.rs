@@ -2,6 +2,7 @@
 
 mod command_line;
 mod contacts;
+mod cuts;
 mod excavation;
 mod fragments;
 mod harness;

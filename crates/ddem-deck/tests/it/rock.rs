@@ -330,6 +330,10 @@ fn cuts_without_effect() {
         ("spacing = 1.0, origin", "spacing = 1e-9, origin"),
         ("", THREE_SETS),
         (
+            "",
+            "[[cut]]\njoint = 'minor'\nset = { dip = 10, dip_direction = 0, spacing = 1e-5 }\nwhere = { x = [0, 4] }",
+        ),
+        (
             "divisions = 4",
             "divisions = 6\n[[cut]]\njoint = 'minor'\nplane = { points = [[0, 0, 0], [4, 3, 0], [0, 3, 2]] }\n[[region]]\nbox = { from = [20, 0, 0], to = [21, 1, 1] }\nmaterial = 'granite'",
         ),

@@ -40,6 +40,11 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
             let is_chosen = |cell: usize| chosen.get(cell).is_some_and(|chosen| *chosen);
             let of_group = |region: u32| group.regions.contains(&region);
             let allowed = rock.select(|cell, of| is_chosen(cell) && of_group(of.region));
+            let cells = rock.cells().len() as f64
+                + divisions(&rock, entry, (group, middle(bounds)), &allowed);
+            if cells > MOST_CELLS as f64 {
+                return Err(vec![too_many_fault(deck, format!("{at}.set.spacing"), cells)]);
+            }
             let count = one(&mut rock, (entry, number as u32), (group, middle(bounds)), allowed);
             all.divisions += count.divisions;
             all.too_many |= count.too_many;
@@ -86,8 +91,8 @@ fn middle([low, high]: [Vec3; 2]) -> Vec3 {
     (low + high) / 2.0
 }
 
-/// Fault of more cells than there may be, before anything is cut. Cuts of a part of the rock are not
-/// counted: they are stopped when there are too many.
+/// Fault of more cells than there may be, before anything is cut. Cuts of a part of the rock are
+/// counted when their turn comes.
 fn too_many(
     deck: &Deck,
     shapes: &[Vec<Polyhedron>],
@@ -165,6 +170,28 @@ fn one(
     let tunnel =
         tunnel.and_then(|tunnel| self::tunnel(tunnel, &group.compass, (number, entry.join)));
     tunnel.map(|tunnel| rock.cut_tunnel(&tunnel, allowed)).unwrap_or_default()
+}
+
+/// Number of divisions to expect from a set: its planes cross a cell as often as the spacing fits
+/// into the extent of the cell.
+fn divisions(
+    rock: &CellComplex,
+    entry: &RockCut,
+    (group, middle): (&SharedPlanes, Vec3),
+    allowed: &[bool],
+) -> f64 {
+    let Some(set) = &entry.set else { return 0.0 };
+    let set = joint_set(set, &group.compass, middle);
+    let extent = |cell: &ddem_cut::ConvexCell| {
+        let corners = cell.faces.iter().flat_map(|face| &face.corners);
+        let heights = corners.map(|&corner| set.normal.dot(&rock.points()[corner as usize]));
+        let [low, high] = heights.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| {
+            [low.min(at), high.max(at)]
+        });
+        high - low
+    };
+    let cells = rock.cells().iter().zip(allowed).filter(|(_, allowed)| **allowed);
+    cells.map(|(cell, _)| extent(cell)).sum::<f64>() / set.spacing.mean()
 }
 
 fn joint_set(set: &SetCut, compass: &Compass, middle: Vec3) -> JointSet {
