@@ -331,7 +331,7 @@ fn cuts_without_effect() {
         ("", THREE_SETS),
         (
             "",
-            "[[cut]]\njoint = 'minor'\nset = { dip = 10, dip_direction = 0, spacing = 1e-5 }\nwhere = { x = [0, 4] }",
+            "[[cut]]\njoint = 'minor'\nset = { dip = 10, dip_direction = 0, spacing = 1e-6 }\nwhere = { x = [0, 4] }",
         ),
         (
             "divisions = 4",
