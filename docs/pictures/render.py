@@ -3,6 +3,7 @@
 
     cargo run --release -- examples/beam.toml
     cargo run --release -- examples/poisson.toml
+    cargo run --release -- cut examples/cut.toml
     python docs/pictures/render.py [results folder] [output folder]
 
 Needs `pip install ".[plot]"`, as docs/python.md says; no display.
@@ -13,6 +14,7 @@ import sys
 from pathlib import Path
 
 import ddem
+import matplotlib
 import numpy as np
 import pyvista as pv
 from PIL import Image
@@ -126,6 +128,21 @@ def poisson(frame, output):
     finish(plotter, 1.18, output)
 
 
+def cut(path, output):
+    """The blocks of a cut slope, a little apart."""
+    mesh = pv.read(path)
+    blocks = mesh.cell_data["block"]
+    colours = np.random.default_rng(1).permutation(blocks.max() + 1) % 20
+    plotter = pv.Plotter(window_size=SIZE, off_screen=True)
+    for block in np.unique(blocks):
+        part = mesh.extract_cells(blocks == block).extract_surface(algorithm="dataset_surface")
+        part = part.translate(0.06 * (np.array(part.center) - mesh.center))
+        plotter.add_mesh(part, color=matplotlib.colormaps["tab20"](colours[block]))
+    plotter.camera_position = [(-45, -60, 55), np.array(mesh.center) - (0, 0, 2), (0, 0, 1)]
+    write(Image.fromarray(plotter.screenshot(return_img=True)), output)
+    plotter.close()
+
+
 def main():
     """Renders every example whose results are there."""
     parser = argparse.ArgumentParser(description="Pictures of the examples, from their results.")
@@ -138,6 +155,11 @@ def main():
             print(f"{folder}: not there; cargo run --release -- examples/{name}.toml makes it")
             continue
         draw(ddem.Results(folder)[-1], arguments.output / f"{name}.png")
+    slope = arguments.results / "cut-cut" / "blocks.vtkhdf"
+    if slope.exists():
+        cut(slope, arguments.output / "cut.png")
+    else:
+        print(f"{slope}: not there; cargo run --release -- cut examples/cut.toml makes it")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 
 pub use advice::counted;
+pub(crate) use advice::numbered;
 use advice::{after, block_too_fast, deep_penetration, hint, moving, named, stiff, thicker};
 pub use code::ErrorCode;
 

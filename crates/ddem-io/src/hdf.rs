@@ -148,7 +148,11 @@ fn resize(dataset: &Dataset, shape: &[usize], rows: usize) -> hdf5::Result<()> {
         [_, columns] => dataset.resize((rows, columns)),
         _ => {
             let name = dataset.name();
-            Err(format!("`{name}` has {} dimensions: the file is damaged", shape.len()).into())
+            Err(format!(
+                "`{name}` has {} dimensions: restore the file, or run the deck again",
+                shape.len()
+            )
+            .into())
         }
     }
 }
@@ -159,7 +163,10 @@ pub(crate) fn cut(group: &Group, name: &str, rows: usize) -> hdf5::Result<()> {
     let shape = dataset.get_shape()?;
     if shape.first().is_none_or(|&have| have < rows) {
         let name = dataset.name();
-        return Err(format!("`{name}` ends before row {rows}: the file is damaged").into());
+        return Err(format!(
+            "`{name}` ends before row {rows}: restore the file, or run the deck again"
+        )
+        .into());
     }
     resize(&dataset, &shape, rows)
 }

@@ -113,6 +113,9 @@ impl OutputError {
 
     /// Error from HDF5, which reports the cause only in words, including those of the system.
     pub(crate) fn hdf5(path: &Path, operation: &'static str, source: hdf5::Error) -> Self {
+        if let hdf5::Error::Internal(message) = &source {
+            return Self::unusable(path, message.clone());
+        }
         let path = path.to_owned();
         let words = all_frames(&source);
         let has = |word: &str| words.contains(word);

@@ -8,6 +8,8 @@ use std::fmt::Write as _;
 use std::fs::{File, OpenOptions};
 use std::path::{Path, PathBuf};
 
+use ddem_core::counted;
+
 use crate::output_error::OutputError;
 
 /// Columns with which every table begins.
@@ -92,8 +94,10 @@ impl Table {
     ) -> Result<(), OutputError> {
         if values.len() != self.columns.len() {
             let (have, want) = (values.len(), self.columns.len());
-            let message =
-                format!("a row has {have} values instead of {want}: give one for each column");
+            let message = format!(
+                "a row has {} instead of {want}: give one for each column",
+                counted(have, "value")
+            );
             return Err(OutputError::mismatch(&self.path, message));
         }
         self.write(stage, step, time, values.iter().map(|&value| value.into()))
@@ -175,8 +179,8 @@ fn header_and_end(path: &Path, rows: u64) -> Result<(Vec<String>, u64), OutputEr
     for have in 0..rows {
         if !reader.read_byte_record(&mut record).map_err(reading)? {
             let message = format!(
-                "the table has {have} rows, but the run to resume had written {rows}: restore it, or run from the \
-                 start"
+                "the table has {}, but the run to resume had written {rows}: restore it, or run from the start",
+                counted(have, "row")
             );
             return Err(OutputError::unusable(path, message));
         }

@@ -298,6 +298,7 @@ fn rotation<S: Simd>(
     };
     let [low, high] = run.packs().map(frame);
     let mut out = low.matrix(simd);
+    // Without a shift the second pack need not be loaded.
     if run.shift != 0 {
         for (row, high) in out.iter_mut().zip(&high.matrix(simd)) {
             *row = run.vectors(*row, *high);

@@ -24,10 +24,12 @@ pub struct HexMesh {
 #[non_exhaustive]
 pub enum MeshError {
     /// The mesh has no hexahedron.
-    #[error("the mesh has no hexahedron")]
+    #[error("the mesh has no hexahedron: give one or more")]
     Empty,
     /// The number of block numbers differs from the number of hexahedra.
-    #[error("there are {blocks} numbers of blocks for {hexes} hexahedra")]
+    #[error(
+        "the numbers of blocks ({blocks}) and of hexahedra ({hexes}) differ: each hexahedron has the number of its block"
+    )]
     Blocks {
         /// Number of block numbers.
         blocks: usize,
@@ -51,7 +53,7 @@ pub enum MeshError {
         block: usize,
     },
     /// The position of a node is not finite.
-    #[error("node {node} is at {at:?}, which is not finite")]
+    #[error("node {node} is at {at:?}, which is not finite: correct its coordinates")]
     NotFinite {
         /// Number of the node.
         node: u32,
@@ -70,7 +72,7 @@ pub enum MeshError {
     },
     /// The hexahedra of a block are not a grid of n × n × n equal parallelepipeds.
     #[error(
-        "block {block} with {hexes} hexahedra is not a parallelepiped divided evenly into n × n × n: {why}; \
+        "block {block} (number of hexahedra: {hexes}) is not a parallelepiped divided evenly into n × n × n: {why}; \
          other hexahedra are not supported"
     )]
     Shape {

@@ -47,5 +47,5 @@ def test_mesh_errors_are_named():
     mesh["nodes"][3] += 0.1
     model = ddem.Model()
     model.add_blocks(mesh=mesh, material=rock)
-    with pytest.raises(ddem.ModelError, match="block 0 with 1 hexahedra is not a parallelepiped"):
+    with pytest.raises(ddem.ModelError, match=r"block 0 \(number of hexahedra: 1\) is not a parallelepiped"):
         model.build()

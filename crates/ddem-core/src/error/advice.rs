@@ -100,7 +100,13 @@ pub(super) fn after(failed: u64) -> String {
     format!(", after the failure of {}", counted(failed, "pair"))
 }
 
+/// Number of things that have numbers from 0.
+pub(crate) fn numbered(count: usize) -> String {
+    if count == 0 { "none".to_owned() } else { format!("{count}, numbered from 0") }
+}
+
 /// Number of things with their noun, in the plural unless there is one.
+#[doc(hidden)]
 pub fn counted<N: Display + PartialEq + From<u8>>(number: N, noun: &str) -> String {
     if number == N::from(1) { format!("1 {noun}") } else { format!("{number} {noun}s") }
 }

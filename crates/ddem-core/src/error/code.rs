@@ -43,7 +43,7 @@ codes! {
     ErrorCode:
     BlockTooFast "block-too-fast" "A block moves so far in one step that contacts could be missed."
     Busy "busy" "Another thread, or a call that runs a function of the program, uses the simulation or model."
-    CheckpointMismatch "checkpoint-mismatch" "A checkpoint cannot be resumed with this deck."
+    CheckpointMismatch "checkpoint-mismatch" "A checkpoint or a saved state belongs to another deck, model or version."
     ConflictingKeys "conflicting-keys" "Keys exclude or contradict each other."
     DeepPenetration "deep-penetration" "Blocks penetrate each other by more than a quarter of their shortest edge."
     Diverged "diverged" "Forces are no longer finite."

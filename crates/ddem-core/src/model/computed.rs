@@ -51,7 +51,7 @@ impl Model {
             let fault = Fault::new(ErrorCode::UnknownName, place, "no joint has this name");
             return Err(fault.help(match names.collect::<Vec<_>>().join(", ").as_str() {
                 "" => "the model has no joints".to_owned(),
-                names => format!("the model has {names}"),
+                names => format!("joints of the model: {names}"),
             }));
         };
         law::check(&*law)

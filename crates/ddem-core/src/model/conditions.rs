@@ -9,7 +9,7 @@ pub(crate) use active::{ActiveConditions, AppliedForces, NodalLoad, SupportedAxi
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use crate::error::{ErrorCode, Fault, RunError};
+use crate::error::{ErrorCode, Fault, RunError, numbered};
 use crate::model::charge::GasCharge;
 use crate::model::history::{Function, TimeFunction};
 use crate::model::stage::StageRange;
@@ -103,7 +103,7 @@ impl Conditions {
         let place = format!("{section}[{index}].history");
         let fault = || {
             let fault = Fault::new(ErrorCode::UnknownName, place, "there is no such entry");
-            fault.help(format!("the model has {count}, numbered from 0"))
+            fault.help(format!("the model has {}", numbered(count)))
         };
         *time_function.ok_or_else(fault)? = TimeFunction::Computed(function);
         Ok(())

@@ -61,7 +61,10 @@ impl Model {
     #[track_caller]
     pub(crate) fn one_for_each_node(&self, what: &str, found: usize) {
         let n = self.n_nodes();
-        assert!(found == n, "there are {found} {what} for the {n} nodes of the model");
+        assert!(
+            found == n,
+            "the numbers of {what} ({found}) and of nodes of the model ({n}) differ: give one for each node"
+        );
     }
 
     /// Numbers and values of the nodes of blocks that have not been removed. `values` has all

@@ -62,6 +62,8 @@ pub struct Field {
     pub components: usize,
     /// Kind of the numbers.
     pub kind: FieldKind,
+    /// True if the numbers differ from place to place; those of other fields mostly repeat.
+    pub dense: bool,
     fill: FillValues,
 }
 
@@ -79,13 +81,19 @@ impl Field {
         components: usize,
         fill: fn(&Snapshot<'_>, Range<usize>, &mut [f64]),
     ) -> Self {
-        Self { name, unit, on, components, kind: FieldKind::Real, fill }
+        Self { name, unit, on, components, kind: FieldKind::Real, dense: false, fill }
     }
 
     /// The field with another kind of numbers.
     #[must_use]
     pub const fn kind(self, kind: FieldKind) -> Self {
         Self { kind, ..self }
+    }
+
+    /// The field as a dense one.
+    #[must_use]
+    pub const fn dense(self) -> Self {
+        Self { dense: true, ..self }
     }
 }
 
@@ -99,13 +107,13 @@ impl Field {
 /// | elements | `stress` (xx yy zz xy yz zx), `fragment` (its number) |
 /// | pairs | `displacement` (mean of both sides), `traction`, `slip`, `opening`, `state` (0 bonded, 1 failed in shear, 2 failed in tension), `open`, `released` (a contact has replaced the joint), `failure_time`, `damage` |
 pub const FIELDS: [Field; 13] = [
-    Field::new("displacement", "m", FieldLocation::Node, 3, displacement),
-    Field::new("velocity", "m/s", FieldLocation::Node, 3, velocity),
-    Field::new("stress", "Pa", FieldLocation::Element, 6, stress::stress),
+    Field::new("displacement", "m", FieldLocation::Node, 3, displacement).dense(),
+    Field::new("velocity", "m/s", FieldLocation::Node, 3, velocity).dense(),
+    Field::new("stress", "Pa", FieldLocation::Element, 6, stress::stress).dense(),
     Field::new("fragment", "1", FieldLocation::Element, 1, fragments::fragment)
         .kind(FieldKind::Integer),
-    Field::new("displacement", "m", FieldLocation::Pair, 3, pairs::displacement),
-    Field::new("traction", "Pa", FieldLocation::Pair, 3, pairs::traction),
+    Field::new("displacement", "m", FieldLocation::Pair, 3, pairs::displacement).dense(),
+    Field::new("traction", "Pa", FieldLocation::Pair, 3, pairs::traction).dense(),
     Field::new("slip", "m", FieldLocation::Pair, 3, pairs::slip),
     Field::new("opening", "m", FieldLocation::Pair, 1, pairs::opening),
     Field::new("state", "1", FieldLocation::Pair, 1, pairs::failure_mode).kind(FieldKind::State),

@@ -6,9 +6,9 @@ use super::{Field, FieldLocation, Snapshot};
 
 /// Fields of a model whose deck has `peaks`.
 pub(super) const PEAK_FIELDS: [Field; 3] = [
-    Field::new("peak_velocity", "m/s", FieldLocation::Node, 1, velocity),
-    Field::new("peak_tension", "Pa", FieldLocation::Element, 1, tension),
-    Field::new("peak_compression", "Pa", FieldLocation::Element, 1, compression),
+    Field::new("peak_velocity", "m/s", FieldLocation::Node, 1, velocity).dense(),
+    Field::new("peak_tension", "Pa", FieldLocation::Element, 1, tension).dense(),
+    Field::new("peak_compression", "Pa", FieldLocation::Element, 1, compression).dense(),
 ];
 
 fn velocity(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {

@@ -304,7 +304,10 @@ impl Simulation {
     /// If the model has no such node, or the numbers of nodes and forces differ.
     pub fn apply_force(&mut self, nodes: &[u32], forces: &[[f64; 3]]) {
         let (n, found) = (nodes.len(), forces.len());
-        assert!(n == found, "there are {found} forces for {n} nodes");
+        assert!(
+            n == found,
+            "the numbers of forces ({found}) and of nodes ({n}) differ: give one force for each node"
+        );
         let mut sums = AppliedForces::new();
         for (&node, force) in nodes.iter().zip(forces) {
             let sum = sums.entry(node).or_default();

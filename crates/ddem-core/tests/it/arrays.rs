@@ -248,7 +248,7 @@ fn mesh_sets_equal_sets_of_single_blocks() {
     let none = refused(&|set| set.mesh.as_mut().unwrap().joints[1].faces[0] = [0, 1, 2, 40]);
     assert!(none.starts_with("blocks[0].mesh.joints[1].faces: four of the nodes"), "{none}");
     let bent = refused(&|set| set.mesh.as_mut().unwrap().nodes[5][2] += 0.1);
-    assert!(bent.starts_with("blocks[0].mesh: block 0 with 8 hexahedra"), "{bent}");
+    assert!(bent.starts_with("blocks[0].mesh: block 0 (number of hexahedra: 8)"), "{bent}");
     let name = refused(&|set| set.mesh.as_mut().unwrap().joints[1].joint = "sem".into());
     assert!(name.contains("did you mean `seam`?"), "{name}");
 }
@@ -276,7 +276,7 @@ fn mesh_errors_are_named() {
     bent.nodes[3][1] += 0.01;
     let message = fault(&bent).unwrap().to_string();
     assert!(
-        message.contains("block 0 with 8 hexahedra") && message.contains("node 3"),
+        message.contains("block 0 (number of hexahedra: 8)") && message.contains("node 3"),
         "{message}"
     );
     let mut flat = row(1, 1, UPRIGHT);
@@ -299,7 +299,7 @@ fn unjoinable_faces_are_named() {
     let [near, _] = faces(&mesh, 1.0, 0);
     let [_, far] = faces(&mesh, 2.0, 1);
     let apart = built([near, far]).to_string();
-    assert!(apart.contains("blocks [0, 2]") && apart.contains("1.0000e0 m apart"), "{apart}");
+    assert!(apart.contains("blocks [0, 2]") && apart.contains("1 m apart"), "{apart}");
     let inside = [mesh.hexes[0][0], mesh.hexes[0][1], mesh.hexes[0][6], mesh.hexes[0][7]];
     assert_eq!(built([inside, far]), BuildError::NoFace { quad: inside });
     let one = built([near, near]).to_string();

@@ -352,7 +352,7 @@ fn invalid_boundaries_are_refused() {
     let region = Where { sphere: Some(corner), ..Where::default() };
     hollow.remove = vec![Remove { region, ..Remove::default() }];
     let warnings = crate::decks::warnings(&hollow);
-    let walls = "boundary[0].where: it acts on 3 faces of removed blocks";
+    let walls = "boundary[0].where: it acts on 3 faces in cavities";
     assert!(warnings.iter().any(|w| w.starts_with(walls)), "{warnings:?}");
     let lower = Where { z: Some(Extent::Range([0.0, 1.0])), ..Where::default() };
     let mut split = with(free_field(plane(0, 0.0)));

@@ -137,11 +137,20 @@ fn forces_and_fields_of_wrong_length_are_refused() {
             .starts_with("there is no node 9999")
     );
     let words = panic_message(|| simulation.apply_force(&[0, 1, 2], &[none]));
-    assert_eq!(words, "there are 1 forces for 3 nodes");
+    assert_eq!(
+        words,
+        "the numbers of forces (1) and of nodes (3) differ: give one force for each node"
+    );
     let words = panic_message(|| simulation.set_displacements(&[none; 3]));
-    assert_eq!(words, "there are 3 displacements for the 54 nodes of the model");
+    assert_eq!(
+        words,
+        "the numbers of displacements (3) and of nodes of the model (54) differ: give one for each node"
+    );
     let words = panic_message(|| simulation.set_velocities(&[none; 55]));
-    assert_eq!(words, "there are 55 velocities for the 54 nodes of the model");
+    assert_eq!(
+        words,
+        "the numbers of velocities (55) and of nodes of the model (54) differ: give one for each node"
+    );
     assert_eq!(simulation.save(), before);
     simulation.step().unwrap_or_else(|error| panic!("{error}"));
 }

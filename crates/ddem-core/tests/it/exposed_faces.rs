@@ -60,7 +60,7 @@ fn boundary_warnings_refer_to_its_stage() {
     assert_eq!(crate::decks::warnings(&deck), Vec::<String>::new());
     deck.boundary[0].from = Some("dig".into());
     let warnings = crate::decks::warnings(&deck);
-    let walls = "boundary[0].where: it acts on 4 faces of removed blocks";
+    let walls = "boundary[0].where: it acts on 4 faces in cavities";
     assert!(warnings.len() == 1 && warnings[0].starts_with(walls), "{warnings:?}");
     // Half of the nodes are fixed, but they have been removed.
     let mut deck = excavated([2, 1, 1], Some(within([0.0, 1.0], [0.0, 1.0])));

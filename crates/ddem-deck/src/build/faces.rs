@@ -64,7 +64,7 @@ pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<Diagnostic> {
         let within: Vec<&BlockFace> = faces.filter(|face| is_wall(geometry, face)).collect();
         if let Some(first) = within.first() {
             let message = format!(
-                "it acts on {} of removed blocks, the first at {}: there is no rock behind",
+                "it acts on {} in cavities, the first at {}: there is no rock behind them",
                 counted(within.len(), "face"),
                 shown(geometry, first)
             );

@@ -191,8 +191,8 @@ fn held_joints(model: &Model) -> Vec<Diagnostic> {
         let joints: Vec<&ConformingJoint> = model.faces().iter().filter(is_held).collect();
         if let Some(first) = joints.first() {
             let message = format!(
-                "both sides of {} that can fail are held, first between blocks {} and {}: they cannot slide or \
-                 open",
+                "the fix holds both sides of {} that can fail, first between blocks {} and {}: they cannot slide \
+                 or open",
                 counted(joints.len(), "joint"),
                 first.a,
                 first.b

@@ -63,7 +63,7 @@ fn region(deck: &Deck, at: &str, region: &RockRegion, faults: &mut Faults) {
     blocks::material_of(deck, at, &region.material, faults);
     let place = format!("{at}.divisions");
     if faults.not_zero(&place, region.divisions)
-        && (region.divisions % 2 != 0 || region.divisions > MOST_DIVISIONS)
+        && (!region.divisions.is_multiple_of(2) || region.divisions > MOST_DIVISIONS)
     {
         let near = (region.divisions + 1).min(MOST_DIVISIONS);
         faults.add_help(

@@ -182,7 +182,7 @@ fn table(text: &str) -> Result<Heights, Fault> {
     let mut points = Vec::new();
     for (index, record) in reader.records().enumerate() {
         let record =
-            record.unwrap_or_else(|error| unreachable!("text has rows of any length: {error}"));
+            record.unwrap_or_else(|error| unreachable!("UTF-8 with rows of any length: {error}"));
         let line = record.position().map_or(index as u64 + 1, csv::Position::line);
         let numbers: Vec<Option<f64>> = record.iter().take(3).map(number).collect();
         match numbers[..] {

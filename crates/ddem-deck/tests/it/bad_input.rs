@@ -349,7 +349,9 @@ fn warnings_about_supports_on_both_sides_of_joint() {
         let z = Some(Extent::Range([0.0, to]));
         deck.fix = vec![fix(Where { z, ..Where::default() }, "xyz")];
         let warnings = warnings(&deck);
-        warnings.iter().any(|text| text.contains("both sides of 1 joint that can fail are held"))
+        warnings
+            .iter()
+            .any(|text| text.contains("the fix holds both sides of 1 joint that can fail"))
     };
     let weak = || Joint { tension: Some(1e6), ..spring() };
     // Without thickness, a range that ends at the joint includes both of its sides.

@@ -210,7 +210,11 @@ fn run_failures() -> Vec<RunFailure> {
         RunFailure::Threads { threads: 4, error: "no more".into() },
         RunFailure::Stopped,
         RunFailure::Stage { stage: "go".to_owned(), error: RunError::NoCriticalStep },
-        RunFailure::Checkpoint { path: folder(), message: "another model".to_owned() },
+        RunFailure::Checkpoint {
+            path: folder(),
+            message: "another model".to_owned(),
+            code: ErrorCode::CheckpointMismatch,
+        },
         RunFailure::Internal { message: "index out of bounds".to_owned() },
     ];
     failures.extend(folders.map(RunFailure::from));

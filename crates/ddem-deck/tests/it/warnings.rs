@@ -162,10 +162,7 @@ fn stemming_of_another_set_warns() {
         ..deck.blocks[0].clone()
     });
     let message = one_of(&deck, "[blocks-in-cavity]");
-    assert!(
-        message.starts_with("charge[0].where: its cavity contains 1 block of set `stemming`"),
-        "{message}"
-    );
+    assert!(message.contains("contains 1 block of set `stemming`"), "{message}");
     assert!(message.contains("at [1.5, 1.5, 2.5]"), "{message}");
     // Many small blocks, oblique to the cavity, are counted one by one.
     deck.blocks[1] = BlockSet {
@@ -177,20 +174,14 @@ fn stemming_of_another_set_warns() {
         ..deck.blocks[1].clone()
     };
     let message = one_of(&deck, "[blocks-in-cavity]");
-    assert!(
-        message.starts_with("charge[0].where: its cavity contains 27 blocks of set `stemming`"),
-        "{message}"
-    );
+    assert!(message.contains("contains 27 blocks of set `stemming`"), "{message}");
     let set = Some("stemming".to_owned());
     deck.remove.push(Remove {
         region: Where { set, ..ball([1.47, 1.29, 2.3], 0.02) },
         ..Remove::default()
     });
     let message = one_of(&deck, "[blocks-in-cavity]");
-    assert!(
-        message.starts_with("charge[0].where: its cavity contains 26 blocks of set `stemming`"),
-        "{message}"
-    );
+    assert!(message.contains("contains 26 blocks of set `stemming`"), "{message}");
 }
 
 /// The warning names the end of a cavity: no block, blocks of another set or of another size, and

@@ -188,16 +188,13 @@ impl<'a> Drive<'a> {
 fn load_checkpoint(folder: &Folder, deck: &Deck, text: &str) -> Result<Resumed, RunFailure> {
     let path = folder.checkpoint();
     let resumed = resume::load(&path).map_err(|failure| match failure {
-        RunFailure::Output(OutputError::Unusable { message, .. }) => resume::wrong(&path, message),
-        RunFailure::Output(error) => resume::wrong(&path, error.code().strip(&error.to_string())),
+        RunFailure::Output(error) => resume::unreadable(&path, &error),
         failure => failure,
     })?;
     let message = if resumed.deck != text {
-        "another version of the deck wrote it: restore that deck, or run from the start".to_owned()
+        "the deck has changed since: restore it, or run from the start".to_owned()
     } else if let Some(file) = changed(deck, &resumed.progress.files) {
-        format!(
-            "it was written with another content of `{file}`: restore that file, or run from the start"
-        )
+        format!("`{file}` has changed since: restore it, or run from the start")
     } else {
         return Ok(resumed);
     };

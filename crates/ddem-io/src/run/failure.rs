@@ -72,16 +72,18 @@ pub enum RunFailure {
         /// The folder.
         folder: PathBuf,
     },
-    /// The checkpoint is not one of this deck.
+    /// The checkpoint is damaged, or not one of this deck.
     #[error(
         "`{}` cannot be resumed: {message} [{}]",
-        path.display(), ErrorCode::CheckpointMismatch
+        path.display(), code
     )]
     Checkpoint {
         /// The checkpoint.
         path: PathBuf,
         /// Description of the fault.
         message: String,
+        /// Code of the fault.
+        code: ErrorCode,
     },
     /// The program itself has a fault.
     #[error("internal error, please report it: {message} [{}]", ErrorCode::InternalError)]
@@ -113,7 +115,7 @@ impl RunFailure {
             Self::Threads { .. } => ErrorCode::Threads,
             Self::Stopped => ErrorCode::Stopped,
             Self::Output(error) => error.code(),
-            Self::Checkpoint { .. } => ErrorCode::CheckpointMismatch,
+            Self::Checkpoint { code, .. } => *code,
             Self::Internal { .. } => ErrorCode::InternalError,
         }
     }

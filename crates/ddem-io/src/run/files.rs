@@ -195,10 +195,6 @@ fn kind(kind: FieldKind) -> NumberType {
     }
 }
 
-/// Fields whose numbers differ from place to place. Compression would make them a third smaller, but
-/// would take most of the time of a frame.
-const DENSE: [&str; 4] = ["displacement", "velocity", "stress", "traction"];
-
 fn contact_specs() -> Vec<FieldSpec> {
     let fields = CONTACT_FIELDS.iter();
     fields
@@ -215,7 +211,8 @@ fn specs(model: &Model, joints: bool) -> Vec<FieldSpec> {
             }
         };
         let spec = spec.kind(kind(field.kind));
-        if DENSE.contains(&field.name) { spec.uncompressed() } else { spec }
+        // Compression makes dense fields a third smaller, but takes most of the time of a frame.
+        if field.dense { spec.uncompressed() } else { spec }
     };
     table(model, joints).map(spec).collect()
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ddem_core::{Model, Saved, Simd, Simulation};
+use ddem_core::{ErrorCode, Model, Saved, Simd, Simulation};
 use ddem_deck::lint::Diagnostic;
 use serde::{Deserialize, Serialize};
 
@@ -106,13 +106,28 @@ pub(super) fn load(path: &Path) -> Result<Resumed, RunFailure> {
     let Checkpoint { deck, run, state } = Checkpoint::load(path)?;
     let progress = postcard::from_bytes(&run);
     let progress = progress.map_err(|e| {
-        wrong(path, format!("it is damaged ({e}): use another one, or run from the start"))
+        let message = format!("it is damaged ({e}): use another one, or run from the start");
+        refused(path, message, ErrorCode::InvalidFile)
     })?;
     Ok(Resumed { path: path.to_owned(), deck, progress, state: state.into() })
 }
 
+/// Failure of a checkpoint that belongs to another deck, model or version.
 pub(super) fn wrong(path: &Path, message: impl Into<String>) -> RunFailure {
-    RunFailure::Checkpoint { path: path.to_owned(), message: message.into() }
+    refused(path, message, ErrorCode::CheckpointMismatch)
+}
+
+/// Failure of a checkpoint that cannot be read.
+pub(super) fn unreadable(path: &Path, error: &OutputError) -> RunFailure {
+    let message = match error {
+        OutputError::Unusable { message, .. } => message.clone(),
+        error => error.code().strip(&error.to_string()).to_owned(),
+    };
+    refused(path, message, error.code())
+}
+
+fn refused(path: &Path, message: impl Into<String>, code: ErrorCode) -> RunFailure {
+    RunFailure::Checkpoint { path: path.to_owned(), message: message.into(), code }
 }
 
 impl Resumed {
@@ -126,6 +141,8 @@ impl Resumed {
             return Err(wrong(&self.path, message));
         }
         let restored = Simulation::restore(model, simd, &self.state);
-        restored.map_err(|error| wrong(&self.path, error.code().strip(&error.to_string())))
+        restored.map_err(|error| {
+            refused(&self.path, error.code().strip(&error.to_string()), error.code())
+        })
     }
 }

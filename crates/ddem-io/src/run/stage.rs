@@ -266,18 +266,12 @@ impl<'a> Running<'a> {
     /// Ends the stage, with velocities at the present time. Returns the failure that ends the run.
     pub(super) fn finish(self) -> Result<Option<RunFailure>, RunFailure> {
         let seconds = self.moved.cursor.seconds + self.seconds();
-        let relax = self.relax();
+        let (relax, verdict) = (self.relax(), self.verdict());
         let MovedBy { site, simulation, recorder, cursor, timer } = &mut *self.moved;
         timer.stepped(simulation);
         let start = Instant::now();
         simulation.check_finite().map_err(failed(self.stage))?;
         let unbalanced = simulation.unbalanced();
-        let verdict = match &self.counters.failure {
-            Some(RunError::NoEquilibrium { .. }) => Verdict::Fails,
-            Some(_) => Verdict::Undecided,
-            None if relax => Verdict::AtRest,
-            None => simulation.verdict(),
-        };
         let moving = match verdict {
             Verdict::Fails => simulation.moving_blocks(),
             _ => Vec::new(),
@@ -332,6 +326,15 @@ impl<'a> Running<'a> {
             return Ok(None);
         }
         Ok(Some(failure))
+    }
+
+    fn verdict(&self) -> Verdict {
+        match &self.counters.failure {
+            Some(RunError::NoEquilibrium { .. }) => Verdict::Fails,
+            Some(_) => Verdict::Undecided,
+            None if self.relax() => Verdict::AtRest,
+            None => self.moved.simulation.verdict(),
+        }
     }
 
     /// Wall time of stepping since this stage began or resumed `[s]`.

@@ -9,8 +9,8 @@ use crate::hdf::{Storage, growable, put, scalar_attribute, word_attribute, write
 /// never moves it.
 const INDEX: Storage = Storage { chunk: 128, deflate: None };
 
-/// Deflate level. On a million points levels 1 to 4 differ by a few percent in time and in size:
-/// for all of them the low bits of results are noise.
+/// Deflate level. The fields that are compressed mostly repeat one value, for which the lowest level
+/// is enough.
 const DEFLATE: u8 = 1;
 
 /// Storage of points whose number changes. Steps share chunks, so chunks are not compressed and
@@ -124,7 +124,7 @@ fn storage(rows: usize) -> Storage {
 
 /// Number of rows of one chunk, for arrays that grow by `rows` in each step.
 ///
-/// A step should fill its chunks. A chunk shared with the next step is read, decompressed and
+/// A step should fill its chunks. A compressed chunk shared with the next step is read, decompressed and
 /// written again, and leaves a hole in the file. A small step is therefore one chunk, and a large
 /// step is split evenly if that is possible.
 pub(super) fn chunk(rows: usize) -> usize {

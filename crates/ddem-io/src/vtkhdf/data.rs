@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use ddem_core::counted;
+
 use crate::output_error::OutputError;
 
 /// A mesh: points and the cells between them, counted from zero.
@@ -179,7 +181,8 @@ pub(crate) fn check(
         let (have, rows) = (values.len(), grid.rows(*location));
         if have != rows {
             let message = format!(
-                "`{name}` has {have} values instead of {rows}: give one for each point or cell"
+                "`{name}` has {} instead of {rows}: give one for each point or cell",
+                counted(have, "value")
             );
             return Err(OutputError::mismatch(path, message));
         }

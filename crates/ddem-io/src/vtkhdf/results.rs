@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use ddem_core::counted;
 use hdf5::{Dataset, Group, OpenMode};
 
 use super::data::Location;
@@ -101,7 +102,8 @@ impl Results {
             }
             let names = |group: &str| root.group(group)?.member_names();
             let known = [names("PointData")?, names("CellData")?].concat().join("`, `");
-            Err(format!("there is no array `{name}`: the file has `{known}`").into())
+            let known = if known.is_empty() { "none".to_owned() } else { format!("`{known}`") };
+            Err(format!("there is no array `{name}`: the file has {known}").into())
         })
     }
 
@@ -129,7 +131,10 @@ fn steps(root: &Group) -> hdf5::Result<usize> {
 fn count(root: &Group, name: &str, step: usize) -> hdf5::Result<usize> {
     let steps = steps(root)?;
     if step >= steps {
-        return Err(format!("there is no step {step}: the file has {steps}, from 0").into());
+        let steps = counted(steps, "step");
+        return Err(
+            format!("there is no step {step}: the file has {steps}, numbered from 0").into()
+        );
     }
     number(root, name, number(&root.group("Steps")?, "PartOffsets", step)?)
 }
@@ -152,7 +157,10 @@ fn rows(dataset: &Dataset, first: usize, n: usize) -> hdf5::Result<Vec<f64>> {
     let shape = dataset.get_shape()?;
     if shape.first().is_none_or(|&have| have < first.saturating_add(n)) {
         let (name, last) = (dataset.name(), first.saturating_add(n));
-        return Err(format!("`{name}` ends before row {last}: the file is damaged").into());
+        return Err(format!(
+            "`{name}` ends before row {last}: restore the file, or run the deck again"
+        )
+        .into());
     }
     if n == 0 {
         return Ok(Vec::new());

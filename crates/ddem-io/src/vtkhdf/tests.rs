@@ -13,7 +13,7 @@ fn grid() -> Grid {
 fn fields() -> [FieldSpec; 3] {
     [
         FieldSpec::point("velocity", 3),
-        FieldSpec::cell("stress", 6),
+        FieldSpec::cell("stress", 6).uncompressed(),
         FieldSpec::point("state", 1).kind(NumberType::U8),
     ]
 }
@@ -92,11 +92,11 @@ fn reopening_needs_the_same_fields_and_enough_steps() {
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     append(&mut writer, 0).unwrap();
     let error = Writer::reopen(&path, PointOwner::Mesh, &fields(), 2).unwrap_err().to_string();
-    assert!(error.contains("a.vtkhdf") && error.contains("has 1 steps"), "{error}");
+    assert!(error.contains("a.vtkhdf") && error.contains("has 1 step,"), "{error}");
     let others = [FieldSpec::point("velocity", 2), FieldSpec::cell("velocity", 3)];
     for other in others.into_iter().chain([FieldSpec::point("state", 1)]) {
         let error = Writer::reopen(&path, PointOwner::Mesh, &[other], 1).unwrap_err();
-        assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
+        assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
     }
     assert_steps(&path, &[0]);
 }
@@ -115,6 +115,19 @@ fn locked_file_is_still_written() {
     append(&mut writer, 2).unwrap();
     assert_steps(&path, &[0, 1, 2]);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+}
+
+#[test]
+fn only_compressed_fields_have_filters() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    Writer::create(&path, &grid(), &[], &fields()).unwrap();
+    let file = hdf5::File::open(&path).unwrap();
+    for field in fields() {
+        let name = format!("VTKHDF/{}/{}", field.location.group(), field.name);
+        let filters = file.dataset(&name).unwrap().filters();
+        assert_eq!(filters.is_empty(), !field.compressed, "{name}");
+    }
 }
 
 #[test]
@@ -221,7 +234,7 @@ fn clouds_may_change_points_each_step() {
     }
     for (fields, steps) in [(cloud_fields().to_vec(), 2), (vec![FieldSpec::point("gap", 1)], 1)] {
         let error = Writer::reopen(&path, PointOwner::Step, &fields, steps).unwrap_err();
-        assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
+        assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
     }
     assert!(Writer::create_cloud(&path, &[FieldSpec::cell("u", 1)]).is_err());
     let error = writer.append(0.0, None, &mut |_, _, _| ()).unwrap_err();

@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+use ddem_core::counted;
 use hdf5::{File, Group, OpenMode};
 
 use super::create::{self, COUNTS, STEP_CONSTANTS, put_mesh};
@@ -104,8 +105,8 @@ impl Writer {
     ///
     /// # Errors
     ///
-    /// [`OutputError::Mismatch`] if the file has other fields or fewer steps,
-    /// [`OutputError::Unusable`] if it is not a file of this kind.
+    /// [`OutputError::Unusable`] if the file has other fields or fewer steps, or is not a file of this
+    /// kind.
     pub fn reopen(
         path: impl Into<PathBuf>,
         points: PointOwner,
@@ -275,9 +276,10 @@ fn reopen(
     let have = steps_of(&root).map_err(unusable)?;
     if have < steps {
         let message = format!(
-            "the file has {have} steps, but the run to resume had written {steps}: restore it, or run from the start"
+            "the file has {}, but the run to resume had written {steps}: restore it, or run from the start",
+            counted(have, "step")
         );
-        return Err(OutputError::mismatch(path, message));
+        return Err(OutputError::unusable(path, message));
     }
     let mesh = mesh(&root, points, steps).map_err(unusable)?;
     for field in fields {
@@ -286,7 +288,7 @@ fn reopen(
                 "the file has no field `{}` like that of the run: restore it, or run from the start",
                 field.name
             );
-            return Err(OutputError::mismatch(path, message));
+            return Err(OutputError::unusable(path, message));
         }
     }
     truncate(&root, file, mesh, fields, steps)

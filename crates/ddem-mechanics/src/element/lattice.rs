@@ -97,7 +97,7 @@ impl<S: Simd, const T: usize, E: Elements<S, T>> Elements<S, T> for Remaining<'_
     }
 }
 
-/// Station between two elements of a row.
+/// Cross-section of a row of elements through four of its nodes.
 struct Station<S: Simd> {
     modes: Modes<S>,
     /// Forces on the modes, of the elements so far.
@@ -197,12 +197,8 @@ fn element_force<S: Simd, const T: usize, E: Elements<S, T>>(
     g: &mut [[Lanes; 3]],
 ) -> Station<S> {
     let Station { modes: lower, mut force } = open;
-    let [a, b, c, d] = row.starts;
-    let along = p * row.node_step;
-    let at = [a + along, b + along, c + along, d + along];
-    let [a, b, c, d] = at;
-    let step = row.node_step;
-    let upper = modes::<S, T>(simd, u, [a + step, b + step, c + step, d + step]);
+    let at = row.starts.map(|start| start + p * row.node_step);
+    let upper = modes::<S, T>(simd, u, at.map(|node| node + row.node_step));
     let (mut s, mut d) = ([splat(simd, 0.0); 12], [splat(simd, 0.0); 12]);
     for k in 0..12 {
         (s[k], d[k]) = (upper[k] + lower[k], upper[k] - lower[k]);

@@ -38,8 +38,8 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     state: &mut PointState,
 ) -> PointLoss {
     let before = *state;
-    let softens = law.softening();
-    let softening = softens.unwrap_or_default();
+    let given = law.softening();
+    let softening = given.unwrap_or_default();
     let gap = opening.normal - before.dilation;
     if let Some(equilibrium) = before.equilibrium {
         state.slip = equilibrium.stuck(opening, gap);
@@ -55,7 +55,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
         }
         secant(tension, stiffness.normal, softening, state.damage) * gap
     } else {
-        if start_damage < 1.0 && softens.is_none() {
+        if start_damage < 1.0 && given.is_none() {
             state.damage = 1.0;
         }
         stiffness.normal * gap * contact_fraction(&before, gap)

@@ -1,6 +1,6 @@
 //! Faults of a problem that is built from arrays.
 
-use crate::error::ErrorCode;
+use crate::error::{ErrorCode, numbered};
 use ddem_mesh::MeshError;
 
 /// Fault of a problem that is built from arrays. Its display ends with the code.
@@ -12,7 +12,8 @@ pub enum BuildError {
     Mesh(MeshError),
     /// A number that refers to nothing.
     #[error(
-        "there is no {what} {number}: the problem has {count}, numbered from 0 [{}]",
+        "there is no {what} {number}: the problem has {} [{}]",
+        numbered(*.count),
         ErrorCode::UnknownName
     )]
     Missing {
@@ -25,8 +26,8 @@ pub enum BuildError {
     },
     /// A node without a block.
     #[error(
-        "node {node} belongs to no block: supports, loads and motions act on nodes of blocks [{}]",
-        ErrorCode::InvalidMesh
+        "node {node} belongs to no block: give nodes of blocks [{}]",
+        ErrorCode::InvalidArgument
     )]
     Loose {
         /// Number of the node.
@@ -35,7 +36,7 @@ pub enum BuildError {
     /// Four nodes that do not lie on one face of a block.
     #[error(
         "nodes {quad:?} are not on one face of a block: give four nodes of one face [{}]",
-        ErrorCode::InvalidMesh
+        ErrorCode::InvalidArgument
     )]
     NoFace {
         /// The four nodes.
@@ -52,11 +53,7 @@ pub enum BuildError {
         why: String,
     },
     /// More items than 16-bit numbers can count; one of these numbers means none.
-    #[error(
-        "there are {count} {what}: at most {} can be numbered [{}]",
-        u16::MAX,
-        ErrorCode::TooLarge
-    )]
+    #[error("there are {count} {what}: give at most {} [{}]", u16::MAX, ErrorCode::TooLarge)]
     TooMany {
         /// Kind of item.
         what: &'static str,
@@ -73,9 +70,8 @@ pub enum BuildError {
     },
     /// A node of a rigid block that is not one of its corners.
     #[error(
-        "node {node} is no corner of block {block}: a rigid block keeps only the nodes at its corners, give one of \
-         them [{}]",
-        ErrorCode::InvalidMesh
+        "node {node} is no corner of rigid block {block}, which has no other nodes: give one of its corners [{}]",
+        ErrorCode::InvalidArgument
     )]
     InRigid {
         /// Number of the node.
@@ -98,8 +94,9 @@ impl BuildError {
     #[must_use]
     pub fn code(&self) -> ErrorCode {
         match self {
-            Self::Mesh(_) | Self::NoFace { .. } | Self::InRigid { .. } | Self::Loose { .. } => {
-                ErrorCode::InvalidMesh
+            Self::Mesh(_) => ErrorCode::InvalidMesh,
+            Self::NoFace { .. } | Self::InRigid { .. } | Self::Loose { .. } => {
+                ErrorCode::InvalidArgument
             }
             Self::Missing { .. } => ErrorCode::UnknownName,
             Self::NoJoint { .. } => ErrorCode::NotSupported,

@@ -8,6 +8,7 @@ use super::{Problem, Set, Sets, StartMotion};
 use crate::model::boundary::Boundaries;
 use crate::model::conditions::{Conditions, LoadPattern, SupportGroup};
 use crate::model::history::TimeFunction;
+use crate::model::rules::shown;
 use crate::model::stage::{StageKind, StageRange};
 use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::element::{Elastic, ElementKind};
@@ -293,22 +294,24 @@ impl ProblemBuilder {
     ) -> Result<NonconformingJoint, BuildError> {
         let refuse = |why: &str| self.no_joint(blocks, joint, why.into());
         if blocks[0] == blocks[1] {
-            return Err(refuse("both faces are of one block"));
+            return Err(refuse("both faces are of one block: give faces of two"));
         }
         let properties = &self.properties.joints[usize::from(joint)];
         let sides = [0, 1].map(|side| BlockFace { block: blocks[side], face: faces[side] });
         let Some(rest) = geometry.opposed(sides) else {
-            return Err(refuse("the faces do not face each other"));
+            return Err(refuse("the faces do not face each other: give two that do"));
         };
         let range = [-properties.thickness, f64::INFINITY];
         let Some(overlap) = geometry.face_overlap(blocks, &rest, range) else {
-            return Err(refuse("the faces do not overlap"));
+            return Err(refuse("the faces do not overlap: give two that do"));
         };
         let misses = geometry.misses(blocks);
         if overlap.gap > misses && (overlap.gap - properties.thickness).abs() > misses {
             return Err(refuse(&format!(
-                "the faces are {:.4e} m apart and the joint is {:.4e} m thick",
-                overlap.gap, properties.thickness
+                "the faces are {} m apart and the joint is {} m thick: move the blocks, or give the joint this \
+                 thickness",
+                shown(overlap.gap),
+                shown(properties.thickness)
             )));
         }
         Ok(NonconformingJoint {

@@ -6,6 +6,7 @@ use std::fmt;
 use super::touching::TouchingFaces;
 use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
+use ddem_core::counted;
 use ddem_core::problem::{Geometry, NonconformingJoint};
 
 /// Two sets of blocks that touch, with the joint between them.
@@ -34,7 +35,7 @@ impl fmt::Display for Interface {
 }
 
 fn over(faces: usize) -> String {
-    format!("over {faces} face{}", if faces == 1 { "" } else { "s" })
+    format!("over {}", counted(faces, "face"))
 }
 
 /// Largest gap that may be a mistake, as a fraction of the shortest edge of the two blocks.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::convex::Convex;
 use super::region::{PlaneEquation, Region};
 use super::sets::{bounds_of_sets, sides};
+use ddem_core::counted;
 use ddem_core::problem::{Lattice, Set, Sets, Vec3};
 
 /// Whole blocks that a curved or slanted `where` has selected.
@@ -33,8 +34,7 @@ pub struct Selection {
 impl fmt::Display for Selection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { what, blocks, volume, shape, holds, sticks_out, .. } = self;
-        let s = if *blocks == 1 { "" } else { "s" };
-        write!(f, "{what}: {blocks} block{s}, {} m³", shown(*volume))?;
+        write!(f, "{what}: {}, {} m³", counted(*blocks, "block"), shown(*volume))?;
         let Some(holds) = holds else { return Ok(()) };
         let out = if *sticks_out { ", in part outside of the blocks" } else { "" };
         write!(f, " (the {shape} holds {} m³{out})", shown(*holds))

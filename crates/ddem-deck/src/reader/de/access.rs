@@ -66,9 +66,7 @@ impl<'a> MapAccess<'a> for Keys<'a, '_> {
 
     fn next_value_seed<V: DeserializeSeed<'a>>(&mut self, seed: V) -> Result<V::Value, Mistake> {
         let value = self.value.take();
-        seed.deserialize(
-            value.unwrap_or_else(|| unreachable!("serde reads a key before its value")),
-        )
+        seed.deserialize(value.ok_or_else(|| Mistake::custom("misused reader"))?)
     }
 }
 
