@@ -21,7 +21,7 @@ material elastic [
 """
 
 
-class Model:
+class AkantuSolid:
     """Model of Akantu on a grid."""
 
     def __init__(self, grid: Grid, time_step: float, threads: int) -> None:
@@ -53,3 +53,6 @@ class Model:
 
     def displacement(self) -> np.ndarray:
         return self.model.getDisplacement()
+
+
+PEER = AkantuSolid

@@ -11,7 +11,7 @@ from mesh import GRAVITY, Grid  # noqa: E402
 VERSION = f"JAX {jax.__version__}, element by element"
 
 
-class Model:
+class JaxElements:
     """Velocities of half steps and displacements, advanced by one compiled loop."""
 
     def __init__(self, grid: Grid, time_step: float, threads: int) -> None:
@@ -44,3 +44,6 @@ class Model:
 
     def displacement(self) -> np.ndarray:
         return np.asarray(self.state[0])
+
+
+PEER = JaxElements

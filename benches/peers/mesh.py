@@ -106,14 +106,14 @@ class Grid:
 
 
 @dataclass
-class Results:
+class DdemResults:
     """Points and last displacements of a run of ddem."""
 
     points: np.ndarray
     displacement: np.ndarray
 
     @classmethod
-    def read(cls, folder: Path) -> "Results":
+    def read(cls, folder: Path) -> "DdemResults":
         with h5py.File(folder / "blocks.vtkhdf") as file:
             data = file["VTKHDF"]
             count = int(data["NumberOfPoints"][-1])

@@ -26,13 +26,13 @@ def main() -> dict[str, object]:
         return {"absent": str(error)}
     if threads not in getattr(module, "THREADS", (threads,)):
         return {"no threads": threads}
-    from mesh import Grid, Results
+    from mesh import DdemResults, Grid
 
     import numpy as np
 
-    results = Results.read(Path(folder))
+    results = DdemResults.read(Path(folder))
     grid = Grid.of(results.points)
-    model = module.Model(grid, float(time_step), threads)
+    model = module.PEER(grid, float(time_step), threads)
     model.step(steps)
     expected = results.displacement
     found = model.displacement()[grid.numbers(results.points)]

@@ -22,7 +22,7 @@ def assemble(grid: Grid) -> scipy.sparse.csr_matrix:
     return matrix
 
 
-class Model:
+class CsrMatrix:
     """Velocities of half steps and displacements."""
 
     def __init__(self, grid: Grid, time_step: float, threads: int) -> None:
@@ -57,3 +57,6 @@ class Model:
 
     def displacement(self) -> np.ndarray:
         return self.u.reshape(-1, 3)
+
+
+PEER = CsrMatrix
