@@ -43,8 +43,9 @@ impl RandomStream {
 
 /// Cosine of the angle to the mean that a share `1 − u` of the Fisher distribution does not exceed.
 pub(crate) fn fisher_cosine(concentration: f64, u: f64) -> f64 {
-    let least = libm::exp(-2.0 * concentration);
-    (1.0 + libm::log(u + (1.0 - u) * least) / concentration).clamp(-1.0, 1.0)
+    // Small concentrations lose all digits in `u + (1 − u) exp(−2κ)`.
+    let less = (1.0 - u) * libm::expm1(-2.0 * concentration);
+    (1.0 + libm::log1p(less) / concentration).clamp(-1.0, 1.0)
 }
 
 /// Two unit vectors that form a right-handed triad with a unit vector, `first × second = vector`.

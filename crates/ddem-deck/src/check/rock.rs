@@ -65,7 +65,7 @@ fn region(deck: &Deck, at: &str, region: &RockRegion, faults: &mut Faults) {
     if faults.not_zero(&place, region.divisions)
         && (!region.divisions.is_multiple_of(2) || region.divisions > MOST_DIVISIONS)
     {
-        let near = (region.divisions + 1).min(MOST_DIVISIONS);
+        let near = region.divisions.saturating_add(1).min(MOST_DIVISIONS);
         faults.add_help(
             ErrorCode::OutOfRange,
             place,
