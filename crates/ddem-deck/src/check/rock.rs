@@ -219,6 +219,10 @@ fn set(at: &str, set: &SetCut, faults: &mut Faults) {
     }
 }
 
+/// Largest standard deviation of lognormal distances, relative to their mean above the least one. A
+/// wider law has so many small distances that their number cannot be foreseen.
+const WIDEST: f64 = 10.0;
+
 fn spacing(at: &str, table: &SpacingTable, faults: &mut Faults) {
     let mean = faults.number(format!("{at}.mean"), table.mean, Rule::AboveZero);
     faults.optional(format!("{at}.deviation"), table.deviation, Rule::AboveZero);
@@ -246,6 +250,19 @@ fn spacing(at: &str, table: &SpacingTable, faults: &mut Faults) {
     if lognormal && table.deviation.is_none() {
         let message = "`law = \"lognormal\"` needs `deviation`";
         faults.add_help(ErrorCode::MissingKey, format!("{at}.law"), message, help);
+    }
+    let most = WIDEST * (table.mean - table.least.unwrap_or_default());
+    if lognormal
+        && mean
+        && let Some(deviation) = table.deviation.filter(|deviation| *deviation > most)
+        && most > 0.0
+    {
+        let message = format!(
+            "`deviation` is {} but must be at most {}, ten times the mean above `least`",
+            shown(deviation),
+            shown(most)
+        );
+        faults.add(ErrorCode::OutOfRange, format!("{at}.deviation"), message);
     }
     let without = [
         ("deviation", table.deviation.is_some() && !lognormal),

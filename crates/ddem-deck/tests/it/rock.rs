@@ -294,6 +294,7 @@ fn wrong_cuts() {
         (steep, "spacing = { mean = 1.0, spread = 0.3, law = 'exponential' }"),
         (steep, "spacing = { mean = 1.0, spread = 0.3, least = 0.1 }"),
         (LOGNORMAL, "{ mean = 2.0, law = 'lognormal' }"),
+        (LOGNORMAL, "{ mean = 2.0, law = 'lognormal', deviation = 1e9, least = 0.5 }"),
         (LOGNORMAL, "{ mean = 2.0, law = 'lognormal', deviation = 0.5, least = 3.0 }"),
         (LOGNORMAL, "{ mean = 2.0, law = 'exponential', deviation = 0.5 }"),
         (LOGNORMAL, "{ mean = 2.0, law = 'weibull' }"),
