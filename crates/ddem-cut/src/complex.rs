@@ -34,8 +34,6 @@ pub struct CellComplex {
 /// Effect of a cut.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CutCount {
-    /// Number of planes that divided a cell.
-    pub planes: usize,
     /// Number of divisions, each of which makes one cell more.
     pub divisions: usize,
     /// True if the cut stopped because there were too many cells.
@@ -211,7 +209,6 @@ impl CellComplex {
                     return CutCount { too_many: true, ..count };
                 }
             }
-            count.planes += usize::from(count.divisions > before);
             // A number without faces would only take memory.
             if count.divisions == before {
                 self.planes.pop();

@@ -3,7 +3,7 @@
 //! A [`CellComplex`] begins with the convex parts of regions ([`Polyhedron`], [`prism`]) and cuts
 //! them by planes ([`CutPlane`], [`JointSet`], [`Tunnel`]). Cells share points. The side of a point
 //! to a plane is decided once, and an edge is divided once, so that neighbours always agree and
-//! their faces match ([`MatchedFace`]). Only the cells whose boxes a plane meets are visited.
+//! their faces match ([`CommonFace`]). Only the cells whose boxes a plane meets are visited.
 //!
 //! ```
 //! use ddem_cut::{CellComplex, CutPlane, Polyhedron};
@@ -14,7 +14,7 @@
 //! let diagonal = CutPlane::new(Vector3::new(1.0, 1.0, 0.0), Vector3::x(), 0, false);
 //! rock.cut(&diagonal.into_iter().collect::<Vec<_>>(), vec![true]);
 //! assert_eq!(rock.cells().len(), 2);
-//! assert_eq!(rock.matched_faces().len(), 1);
+//! assert_eq!(rock.common_faces().len(), 1);
 //! assert!((rock.properties(0).volume - 0.5).abs() < 1e-15);
 //! # Ok::<(), ddem_cut::ShapeError>(())
 //! ```
@@ -23,6 +23,7 @@ mod cell;
 mod complex;
 mod expected;
 mod hexes;
+mod hull;
 mod joint_set;
 mod measure;
 mod neighbours;
@@ -40,7 +41,7 @@ pub use expected::expected_cells;
 pub use hexes::CellHexes;
 pub use joint_set::{JointSet, Spacing};
 pub use measure::CellProperties;
-pub use neighbours::MatchedFace;
+pub use neighbours::CommonFace;
 pub use outline::Outline;
 pub use plane::{Compass, CutPlane, PlaneSource, sin_cos_degrees};
 pub use polyhedron::{Polyhedron, ShapeError, prism};

@@ -1,16 +1,22 @@
-//! Neighbours through matched faces, and blocks of joined cells.
+//! Faces that cells have in common, and blocks of joined cells.
+
+use nalgebra::Vector3;
 
 use crate::complex::CellComplex;
+use crate::random::across;
 
-/// Face that two cells share.
+/// Face, or part of a face, that two cells have in common.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MatchedFace {
+pub struct CommonFace {
     /// Numbers of the cells, the lower one first.
     pub cells: [u32; 2],
     /// Number of the face in each of them.
     pub faces: [u32; 2],
     /// Number of the plane.
     pub plane: u32,
+    /// True if both faces have the same corners. Otherwise a cut ended at this plane on one side, and
+    /// the faces overlap in part.
+    pub matches: bool,
 }
 
 /// Face of a cell by its plane and a number made of its corners.
@@ -20,6 +26,18 @@ struct FaceKey {
     corners: u64,
     cell: u32,
     face: u32,
+}
+
+/// Face in the axes of its plane.
+#[derive(Debug)]
+struct FlatFace {
+    key: FaceKey,
+    /// True if the cell is below the plane.
+    below: bool,
+    /// Corners `[m]`, shape (n, 2).
+    corners: Vec<[f64; 2]>,
+    /// Least and largest first coordinate `[m]`.
+    extent: [f64; 2],
 }
 
 /// Number made of corners, by the function FNV-1a.
@@ -33,9 +51,9 @@ fn digest(corners: &[u32]) -> u64 {
 }
 
 impl CellComplex {
-    /// Faces with the same corners on both sides, in the order of their cells.
+    /// Faces that two cells have in common, in the order of their cells.
     #[must_use]
-    pub fn matched_faces(&self) -> Vec<MatchedFace> {
+    pub fn common_faces(&self) -> Vec<CommonFace> {
         let mut keys = Vec::new();
         for (cell, of) in self.cells().iter().enumerate() {
             keys.extend(of.faces.iter().enumerate().map(|(face, of)| FaceKey {
@@ -46,29 +64,79 @@ impl CellComplex {
             }));
         }
         keys.sort_unstable();
+        let mut common = Vec::new();
+        for of_plane in keys.chunk_by(|a, b| a.plane == b.plane) {
+            let left = self.matching(of_plane, &mut common);
+            self.overlapping(&left, &mut common);
+        }
+        common.sort_unstable_by_key(|face| (face.cells, face.faces));
+        common
+    }
+
+    /// Adds the pairs of faces in one plane that have the same corners. Returns the other faces.
+    fn matching(&self, keys: &[FaceKey], common: &mut Vec<CommonFace>) -> Vec<FaceKey> {
         let corners = |key: &FaceKey| {
             self.cells()[key.cell as usize].faces[key.face as usize].sorted_corners()
         };
-        let mut matched: Vec<MatchedFace> = keys
-            .windows(2)
-            .filter(|pair| (pair[0].plane, pair[0].corners) == (pair[1].plane, pair[1].corners))
-            .filter(|pair| corners(&pair[0]) == corners(&pair[1]))
-            .map(|pair| MatchedFace {
-                cells: [pair[0].cell, pair[1].cell],
-                faces: [pair[0].face, pair[1].face],
-                plane: pair[0].plane,
-            })
-            .collect();
-        matched.sort_unstable_by_key(|face| (face.cells, face.faces));
-        matched
+        let mut left = Vec::new();
+        let mut at = 0;
+        while let Some(key) = keys.get(at) {
+            let next = keys.get(at + 1).filter(|next| {
+                key.corners == next.corners
+                    && self.is_below(key) != self.is_below(next)
+                    && corners(key) == corners(next)
+            });
+            match next {
+                Some(next) => common.push(CommonFace::new(key, next, true)),
+                None => left.push(*key),
+            }
+            at += if next.is_some() { 2 } else { 1 };
+        }
+        left
     }
 
-    /// Number of the block of each cell. Cells that are joined at matched faces are one block;
+    /// Adds the pairs of faces in one plane that overlap.
+    fn overlapping(&self, keys: &[FaceKey], common: &mut Vec<CommonFace>) {
+        let below = keys.iter().filter(|key| self.is_below(key)).count();
+        if below == 0 || below == keys.len() {
+            return;
+        }
+        let axes = across(&self.planes()[keys[0].plane as usize].normal);
+        let mut faces: Vec<FlatFace> = keys.iter().map(|key| self.flat(*key, &axes)).collect();
+        faces.sort_by(|a, b| a.extent[0].total_cmp(&b.extent[0]).then(a.key.cmp(&b.key)));
+        // Faces snap to the plane by the tolerance.
+        let margin = 4.0 * self.tolerance();
+        let mut reached: Vec<usize> = Vec::new();
+        for (number, face) in faces.iter().enumerate() {
+            reached.retain(|&other| faces[other].extent[1] > face.extent[0] + margin);
+            let beside = reached.iter().map(|&other| &faces[other]);
+            let overlap =
+                beside.filter(|other| other.below != face.below && face.overlaps(other, margin));
+            common.extend(overlap.map(|other| CommonFace::new(&face.key, &other.key, false)));
+            reached.push(number);
+        }
+    }
+
+    /// True if the cell of a face is below its plane.
+    fn is_below(&self, key: &FaceKey) -> bool {
+        let face = &self.cells()[key.cell as usize].faces[key.face as usize];
+        face.area(self.points()).dot(&self.plane(face).normal) > 0.0
+    }
+
+    fn flat(&self, key: FaceKey, axes: &[Vector3<f64>; 2]) -> FlatFace {
+        let face = &self.cells()[key.cell as usize].faces[key.face as usize];
+        let corner = |&corner: &u32| axes.map(|axis| axis.dot(&self.points()[corner as usize]));
+        let corners: Vec<[f64; 2]> = face.corners.iter().map(corner).collect();
+        let extent = range(&corners, [1.0, 0.0]);
+        FlatFace { key, below: self.is_below(&key), corners, extent }
+    }
+
+    /// Number of the block of each cell. Cells that are joined at common faces are one block;
     /// blocks are numbered in the order of their first cells.
     #[must_use]
-    pub fn blocks(&self, matched: &[MatchedFace]) -> Vec<u32> {
+    pub fn blocks(&self, common: &[CommonFace]) -> Vec<u32> {
         let mut parents: Vec<u32> = (0..self.cells().len() as u32).collect();
-        for face in matched.iter().filter(|face| self.planes()[face.plane as usize].joined) {
+        for face in common.iter().filter(|face| self.planes()[face.plane as usize].joined) {
             let [a, b] = face.cells.map(|cell| root(&mut parents, cell));
             // The lowest cell is the root of its block.
             parents[a.max(b) as usize] = a.min(b);
@@ -86,6 +154,40 @@ impl CellComplex {
         }
         blocks
     }
+}
+
+impl CommonFace {
+    fn new(a: &FaceKey, b: &FaceKey, matches: bool) -> Self {
+        let [low, high] = if a.cell < b.cell { [a, b] } else { [b, a] };
+        Self { cells: [low.cell, high.cell], faces: [low.face, high.face], plane: a.plane, matches }
+    }
+}
+
+impl FlatFace {
+    /// True if two convex faces have more than a strip of width `margin` in common.
+    fn overlaps(&self, other: &Self, margin: f64) -> bool {
+        let separates = |normal: [f64; 2]| {
+            let ([a, b], [c, d]) = (range(&self.corners, normal), range(&other.corners, normal));
+            b.min(d) - a.max(c) <= margin
+        };
+        ![self, other].iter().any(|face| face.edge_normals().any(separates))
+    }
+
+    /// Unit normals of the edges; edges without length have none.
+    fn edge_normals(&self) -> impl Iterator<Item = [f64; 2]> {
+        let n = self.corners.len();
+        (0..n).filter_map(move |i| {
+            let ([a, b], [c, d]) = (self.corners[i], self.corners[(i + 1) % n]);
+            let length = libm::hypot(c - a, d - b);
+            (length > 0.0).then(|| [(d - b) / length, (a - c) / length])
+        })
+    }
+}
+
+/// Least and largest coordinate along a direction.
+fn range(corners: &[[f64; 2]], [x, y]: [f64; 2]) -> [f64; 2] {
+    let along = corners.iter().map(|corner| corner[0] * x + corner[1] * y);
+    along.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)])
 }
 
 /// First cell of the block of a cell; shortens the path to it.

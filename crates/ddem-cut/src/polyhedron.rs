@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Vector3;
 
+use crate::hull::Hull;
 use crate::outline::Outline;
 
 /// Distance relative to the size of a shape within which points are one, or lie on a plane.
@@ -130,6 +131,12 @@ impl Polyhedron {
         let shape = Self { points, faces: numbered };
         shape.check(same)?;
         Ok(shape)
+    }
+
+    /// True if two polyhedra have more than a layer of thickness `margin` `[m]` in common.
+    #[must_use]
+    pub fn overlaps(&self, other: &Self, margin: f64) -> bool {
+        !Hull::of_part(self).apart(&Hull::of_part(other), margin)
     }
 
     /// Outward area vector of a face `[m²]`.

@@ -52,10 +52,10 @@ fn rows(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
             of.centroid.x.to_string(),
             of.centroid.y.to_string(),
             of.centroid.z.to_string(),
-            rock.region_name(number),
+            rock.region_name(cell.region as usize),
             rock.region(number).material.clone(),
             rock.blocks[number].to_string(),
-            rock.cut_by(number),
+            rock.cut_names(number).join(";"),
         ];
         writer.write_record(row).map_err(wrong)?;
     }
@@ -65,7 +65,7 @@ fn rows(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
 /// Writes the hexahedra of the cells, with the numbers of cell, block and region, volume and width.
 fn hexahedra(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
     let hexes = rock.complex.hexes();
-    let points = hexes.points.iter().map(|&point| point.into()).collect();
+    let points = hexes.points.into_iter().map(Into::into).collect();
     let grid = Grid { points, cells: Cells::Hexahedra(hexes.hexes) };
     let of = |number: &dyn Fn(usize) -> u32| -> Vec<i32> {
         hexes.cells.iter().map(|&cell| number(cell as usize) as i32).collect()

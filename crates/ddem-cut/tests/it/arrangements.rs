@@ -139,7 +139,7 @@ fn three_sets_along_the_edges_make_a_lattice() {
     assert_eq!(rock.cells().len(), 5 * 4 * 6);
     assert_sound(&rock, 24.0);
     assert_all_matched(&rock);
-    assert_eq!(rock.matched_faces().len(), 4 * 4 * 6 + 5 * 3 * 6 + 5 * 4 * 5);
+    assert_eq!(rock.common_faces().len(), 4 * 4 * 6 + 5 * 3 * 6 + 5 * 4 * 5);
     for cell in 0..rock.cells().len() {
         let properties = rock.properties(cell);
         assert!((properties.volume - 24.0 / 120.0).abs() < 1e-14);

@@ -32,7 +32,7 @@ fn a_hundred_thousand_cells_take_less_than_five_seconds() {
             let start = Instant::now();
             let rock = jointed(size, fisher);
             let cut = start.elapsed().as_secs_f64();
-            let matched = rock.matched_faces().len();
+            let matched = rock.common_faces().len();
             let volume: f64 =
                 (0..rock.cells().len()).map(|cell| rock.properties(cell).volume).sum();
             let all = start.elapsed().as_secs_f64();

@@ -164,7 +164,7 @@ fn the_same_seed_gives_the_same_bits() {
     let (one, other) = (cells(), std::thread::spawn(cells).join().unwrap());
     assert_eq!(fingerprint(&one), fingerprint(&other));
     assert_eq!(one.cells(), other.cells());
-    assert_eq!(one.matched_faces(), other.matched_faces());
+    assert_eq!(one.common_faces(), other.common_faces());
 }
 
 #[test]

@@ -60,7 +60,7 @@ pub(crate) fn assert_all_matched(rock: &CellComplex) {
     let inner = |source| source != PlaneSource::Region;
     let faces = rock.cells().iter().flat_map(|cell| &cell.faces);
     let n_inner = faces.filter(|face| inner(rock.plane(face).source)).count();
-    let matched = rock.matched_faces();
+    let matched: Vec<_> = rock.common_faces().into_iter().filter(|face| face.matches).collect();
     let n_matched =
         matched.iter().filter(|face| inner(rock.planes()[face.plane as usize].source)).count();
     assert_eq!(2 * n_matched, n_inner);

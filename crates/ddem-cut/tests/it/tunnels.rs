@@ -28,9 +28,10 @@ fn a_tunnel_through_whole_rock_has_the_volume_of_its_outline() {
     // One cell inside and one outside of each side.
     assert_eq!(rock.cells().len(), 7);
     assert_sound(&rock, 48_000.0);
-    let blocks = rock.blocks(&rock.matched_faces());
+    let blocks = rock.blocks(&rock.common_faces());
     assert!(rock.planes().iter().skip(6).all(|plane| plane.joined));
-    assert_eq!(blocks.len(), 7);
+    // The tunnel ends cuts on its own sides, so that faces overlap in part; the rock stays whole.
+    assert_eq!(blocks, [0; 7]);
 }
 
 #[test]

@@ -6,9 +6,9 @@ mod shape;
 pub(crate) use shape::parts;
 
 use ddem_core::{ErrorCode, Fault, ModelError};
-use ddem_cut::{CellComplex, CellProperties, MatchedFace, PlaneSource, Polyhedron};
+use ddem_cut::{CellComplex, CellProperties, CommonFace, ON_PLANE, PlaneSource, Polyhedron};
 
-use crate::schema::{Body, Deck, RockRegion};
+use crate::schema::{Body, Deck, RockRegion, SmallKind};
 
 /// Cells of the regions of a deck after all its cuts.
 #[derive(Clone, Debug)]
@@ -18,10 +18,14 @@ pub struct CutRock {
     pub complex: CellComplex,
     /// Sizes of the cells.
     pub properties: Vec<CellProperties>,
-    /// Faces that two cells share.
-    pub matched: Vec<MatchedFace>,
+    /// Faces that two cells have in common.
+    pub common: Vec<CommonFace>,
     /// Block of each cell: cells that are joined form one.
     pub blocks: Vec<u32>,
+    /// Cells of each region.
+    of_region: Vec<Vec<usize>>,
+    /// Width of the cells in the middle of the volume of each region `[m]`.
+    median_widths: Vec<f64>,
 }
 
 impl Deck {
@@ -35,46 +39,78 @@ impl Deck {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        let shapes: Result<Vec<Vec<Polyhedron>>, _> = self.region.iter().map(parts).collect();
-        let shapes = shapes.map_err(|(key, error)| {
-            ModelError::from(Fault::new(ErrorCode::InvalidGeometry, key, error.to_string()))
-        })?;
+        let mut shapes = Vec::new();
+        for (number, region) in self.region.iter().enumerate() {
+            shapes.push(parts(region).map_err(|(key, error)| {
+                let place = format!("region[{number}].{key}");
+                ModelError::from(Fault::new(ErrorCode::InvalidGeometry, place, error.to_string()))
+            })?);
+        }
+        let faults = overlaps(self, &shapes);
+        if !faults.is_empty() {
+            return Err(ModelError { faults });
+        }
         let complex = cuts::cut(self, &shapes).map_err(|faults| ModelError { faults })?;
-        let properties = (0..complex.cells().len()).map(|cell| complex.properties(cell)).collect();
-        let matched = complex.matched_faces();
-        let blocks = complex.blocks(&matched);
-        let rock = CutRock { deck: self.clone(), complex, properties, matched, blocks };
+        let rock = CutRock::new(self.clone(), complex);
         let faults = rock.corners();
         if faults.is_empty() { Ok(rock) } else { Err(ModelError { faults }) }
     }
 }
 
+/// Faults of regions that have rock in common.
+fn overlaps(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Vec<Fault> {
+    let corners = || shapes.iter().flatten().flat_map(|part| &part.points);
+    let largest = corners().fold(0.0_f64, |largest, corner| largest.max(corner.amax()));
+    let margin = ON_PLANE * largest;
+    let mut faults = Vec::new();
+    for (number, parts) in shapes.iter().enumerate() {
+        let meets = |other: &&usize| {
+            let others = &shapes[**other];
+            parts.iter().any(|one| others.iter().any(|other| one.overlaps(other, margin)))
+        };
+        let earlier: Vec<usize> = (0..number).collect();
+        if let Some(&other) = earlier.iter().find(meets) {
+            let name = name_of("region", other, deck.region[other].name.as_ref());
+            let message = format!("the region overlaps `{name}`");
+            let help = "regions may share faces, but no rock";
+            let place = format!("region[{number}]");
+            faults.push(Fault::new(ErrorCode::InvalidGeometry, place, message).help(help));
+        }
+    }
+    faults
+}
+
 impl CutRock {
+    fn new(deck: Deck, complex: CellComplex) -> Self {
+        let n = complex.cells().len();
+        let properties: Vec<_> = (0..n).map(|cell| complex.properties(cell)).collect();
+        let common = complex.common_faces();
+        let blocks = complex.blocks(&common);
+        let mut of_region = vec![Vec::new(); deck.region.len()];
+        for (number, cell) in complex.cells().iter().enumerate() {
+            of_region[cell.region as usize].push(number);
+        }
+        let median_widths =
+            of_region.iter().map(|cells: &Vec<usize>| median_width(cells, &properties)).collect();
+        Self { deck, complex, properties, common, blocks, of_region, median_widths }
+    }
+
     /// Region of a cell.
     #[must_use]
     pub fn region(&self, cell: usize) -> &RockRegion {
         &self.deck.region[self.complex.cells()[cell].region as usize]
     }
 
-    /// Name of the region of a cell, or its place in the deck if it has none.
+    /// Name of a region, or its place in the deck if it has none.
     #[must_use]
-    pub fn region_name(&self, cell: usize) -> String {
-        let number = self.complex.cells()[cell].region as usize;
-        name_of("region", number, self.deck.region[number].name.as_ref())
+    pub fn region_name(&self, region: usize) -> String {
+        name_of("region", region, self.deck.region[region].name.as_ref())
     }
 
-    /// Name of a cut, or its place in the deck if it has none.
+    /// Numbers of the cells of a region.
     #[must_use]
-    pub fn cut_name(&self, cut: u32) -> String {
-        let number = cut as usize;
-        name_of("cut", number, self.deck.cut.get(number).and_then(|cut| cut.name.as_ref()))
-    }
-
-    /// Number of cells of each region.
-    #[must_use]
-    pub fn cells_of(&self, region: usize) -> Vec<usize> {
-        let of = |&cell: &usize| self.complex.cells()[cell].region as usize == region;
-        (0..self.complex.cells().len()).filter(of).collect()
+    pub fn cells_of(&self, region: usize) -> &[usize] {
+        &self.of_region[region]
     }
 
     /// Regions of the deck.
@@ -87,19 +123,17 @@ impl CutRock {
     /// cells as in wider ones.
     #[must_use]
     pub fn median_width(&self, region: usize) -> f64 {
-        let mut sizes: Vec<(f64, f64)> = self
-            .cells_of(region)
-            .into_iter()
-            .map(|cell| (self.properties[cell].width, self.properties[cell].volume))
-            .collect();
-        sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let half = sizes.iter().map(|(_, volume)| volume).sum::<f64>() / 2.0;
-        let mut below = 0.0;
-        let middle = sizes.iter().find(|(_, volume)| {
-            below += volume;
-            below >= half
-        });
-        middle.map_or(0.0, |(width, _)| *width)
+        self.median_widths[region]
+    }
+
+    /// Treatment of a cell that is thin; `None` if it is not. Rigid blocks need no inertia.
+    #[must_use]
+    pub fn treatment(&self, cell: usize) -> Option<SmallKind> {
+        let number = self.complex.cells()[cell].region as usize;
+        let RockRegion { small, body, .. } = &self.deck.region[number];
+        let thin = self.properties[cell].width < small.width * self.median_widths[number];
+        let changes = *body == Body::Deformable || small.is == SmallKind::Removed;
+        (thin && changes).then_some(small.is)
     }
 
     /// Number of elements of a cell: `divisions`/2 along each half edge at each vertex, one for a
@@ -107,9 +141,10 @@ impl CutRock {
     #[must_use]
     pub fn n_elements(&self, cell: usize) -> usize {
         let region = self.region(cell);
-        match region.body {
-            Body::Rigid => 1,
-            Body::Deformable => {
+        match (self.treatment(cell), region.body) {
+            (Some(SmallKind::Removed), _) => 0,
+            (Some(SmallKind::Rigid), _) | (_, Body::Rigid) => 1,
+            (Some(SmallKind::Scaled) | None, Body::Deformable) => {
                 let vertices = self.complex.cells()[cell].vertices().len();
                 vertices * (region.divisions as usize / 2).pow(3)
             }
@@ -127,9 +162,9 @@ impl CutRock {
         };
         let regions = self.deck.region.iter().enumerate().filter(|(_, region)| !fits(region));
         let faults = regions.filter_map(|(number, region)| {
-            let cell = self.cells_of(number).into_iter().find(odd)?;
+            let cell = self.cells_of(number).iter().copied().find(odd)?;
             let message = format!(
-                "block {cell} has a corner of more than three edges, which {} divisions do not fit",
+                "cell {cell} has a corner of more than three edges, which {} divisions do not fit",
                 region.divisions
             );
             let near = region.divisions.next_power_of_two();
@@ -140,19 +175,35 @@ impl CutRock {
         faults.collect()
     }
 
-    /// Cuts whose planes bound a cell, by name, separated by spaces.
+    /// Names of the cuts whose planes bound a cell, or their places in the deck.
     #[must_use]
-    pub fn cut_by(&self, cell: usize) -> String {
-        let names = self.complex.cuts_of(cell).into_iter().map(|cut| self.cut_name(cut));
-        names.collect::<Vec<_>>().join(" ")
+    pub fn cut_names(&self, cell: usize) -> Vec<String> {
+        let name = |cut: u32| {
+            let number = cut as usize;
+            name_of("cut", number, self.deck.cut.get(number).and_then(|cut| cut.name.as_ref()))
+        };
+        self.complex.cuts_of(cell).into_iter().map(name).collect()
     }
 
-    /// True if a matched face is a joint.
+    /// True if a common face is a joint.
     #[must_use]
-    pub fn is_joint(&self, face: &MatchedFace) -> bool {
+    pub fn is_joint(&self, face: &CommonFace) -> bool {
         let plane = &self.complex.planes()[face.plane as usize];
         !plane.joined && plane.source != PlaneSource::Region
     }
+}
+
+fn median_width(cells: &[usize], properties: &[CellProperties]) -> f64 {
+    let size = |&cell: &usize| (properties[cell].width, properties[cell].volume);
+    let mut sizes: Vec<(f64, f64)> = cells.iter().map(size).collect();
+    sizes.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let half = sizes.iter().map(|(_, volume)| volume).sum::<f64>() / 2.0;
+    let mut below = 0.0;
+    let middle = sizes.iter().find(|(_, volume)| {
+        below += volume;
+        below >= half
+    });
+    middle.map_or(0.0, |(width, _)| *width)
 }
 
 fn name_of(section: &str, number: usize, name: Option<&String>) -> String {

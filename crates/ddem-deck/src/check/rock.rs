@@ -6,7 +6,7 @@ use crate::build::rock_parts;
 use crate::schema::{
     Deck, PlaneCut, RockCut, RockRegion, SetCut, SetSpacing, SpacingLaw, SpacingTable, TunnelCut,
 };
-use ddem_cut::{Compass, CutPlane, Outline, ShapeError};
+use ddem_cut::{Compass, CutPlane, Outline, ShapeError, Tunnel};
 
 /// Largest number of elements along an edge: more only come from a slip of the pen.
 const MOST_DIVISIONS: u32 = 64;
@@ -316,11 +316,16 @@ fn tunnel(at: &str, tunnel: &TunnelCut, faults: &mut Faults) {
     if !finite {
         return;
     }
-    if let Err(error) = Outline::new(&tunnel.outline) {
-        let place = format!("{at}.outline");
-        faults.add_help(ErrorCode::InvalidGeometry, place, error.to_string(), remedy(&error));
-    }
-    if tunnel.from == tunnel.to {
+    let outline = match Outline::new(&tunnel.outline) {
+        Ok(outline) => outline,
+        Err(error) => {
+            let place = format!("{at}.outline");
+            let text = error.to_string();
+            return faults.add_help(ErrorCode::InvalidGeometry, place, text, remedy(&error));
+        }
+    };
+    let ends = [tunnel.from, tunnel.to].map(Into::into);
+    if Tunnel::new(&outline, ends, &Compass::default(), 0, true).is_err() {
         faults.add_help(
             ErrorCode::InvalidGeometry,
             format!("{at}.to"),

@@ -26,7 +26,8 @@ pub struct RockRegion {
     pub faces: Option<Vec<Vec<[f64; 3]>>>,
     /// Name of the material; needed.
     pub material: String,
-    /// Number of elements along each edge of a block, even; default 2.
+    /// Number of elements along each edge of a cell, even, at most 64; a power of two if more than three
+    /// edges meet at a corner; default 2.
     pub divisions: u32,
     /// Kind of the blocks, `"deformable"` or `"rigid"`; default `"deformable"`.
     pub body: Body,
@@ -130,18 +131,6 @@ pub enum SmallKind {
     Removed,
 }
 
-impl SmallKind {
-    /// The word in a deck.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Scaled => "scaled",
-            Self::Rigid => "rigid",
-            Self::Removed => "removed",
-        }
-    }
-}
-
 /// A cut of the rock. Cuts act in the order of the deck.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -164,11 +153,12 @@ pub struct RockCut {
     /// Name of the joint on the planes; needed without `join`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
-    /// Parts stay one block, for example in a tunnel until it is removed; default `false`.
+    /// The cut makes no joint, and the parts on its sides stay one block, as around a tunnel before
+    /// its excavation; default `false`.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = bool::default()))]
     pub join: bool,
-    /// Blocks that are cut, by their centroid; default everywhere.
+    /// Cells that are cut, by their centroid; default everywhere.
     #[serde(rename = "where", skip_serializing_if = "Where::is_everywhere")]
     pub region: Where,
 }

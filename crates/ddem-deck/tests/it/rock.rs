@@ -120,8 +120,8 @@ fn sets_along_the_edges_make_a_lattice() {
     ));
     assert_eq!(rock.complex.cells().len(), 4 * 3 * 2);
     assert!(rock.properties.iter().all(|cell| (cell.volume - 1.0).abs() < 1e-14));
-    assert_eq!(rock.matched.len(), 3 * 3 * 2 + 4 * 2 * 2 + 4 * 3);
-    assert!(rock.matched.iter().all(|face| rock.is_joint(face)));
+    assert_eq!(rock.common.len(), 3 * 3 * 2 + 4 * 2 * 2 + 4 * 3);
+    assert!(rock.common.iter().all(|face| rock.is_joint(face)));
     // Eight vertices, halves of two elements along an edge.
     assert_eq!(rock.n_elements(0), 8);
     assert_eq!(rock.median_width(0), 1.0);
@@ -175,6 +175,45 @@ fn joined_cells_are_one_block() {
     assert_eq!((joined.complex.cells().len(), &joined.blocks[..]), (2, &[0, 0][..]));
     let cut = good(&boxed("", &format!("{plane}joint = 'minor'")));
     assert_eq!(cut.blocks, [0, 1]);
+}
+
+/// The sides of a tunnel end on each other, so that faces overlap in part. The rock stays one block.
+#[test]
+fn a_tunnel_leaves_the_rock_whole() {
+    let tunnel = "[[cut]]\njoin = true\ntunnel = { outline = [[-0.5, 0], [0.5, 0], [0.5, 0.6], [0, 0.9], \
+                  [-0.5, 0.6]], from = [2, 0, 0.6], to = [2, 3, 0.6] }";
+    let rock = good(&boxed("", tunnel));
+    assert!(rock.common.iter().any(|face| !face.matches));
+    assert_eq!(rock.blocks, vec![0; rock.complex.cells().len()]);
+    assert!(!rock.common.iter().any(|face| rock.is_joint(face)));
+}
+
+/// A fault does not depend on the seed: regions with other seeds are cut by one plane, and the face
+/// that they share is divided alike.
+#[test]
+fn regions_of_any_seed_share_a_fault() {
+    let beside = "[[region]]\nseed = 5\nnorth = [0.1, 0.3, 0]\nmaterial = 'granite'\n\
+                  box = { from = [4.0, 0.0, 0.0], to = [6.0, 3.0, 2.0] }\n";
+    let fault =
+        "[[cut]]\njoint = 'minor'\nplane = { points = [[0, 0, 0.5], [4, 0, 1.1], [4, 3, 1.4]] }";
+    let rock = good(&boxed("north = [1, 3, 0]\nseed = 4", &format!("{beside}{fault}")));
+    assert_eq!(rock.complex.cells().len(), 4);
+    assert!(rock.common.iter().all(|face| face.matches));
+    assert_eq!(rock.common.len(), 2 + 2);
+}
+
+#[test]
+fn thin_cells_count_as_they_are_treated() {
+    let slices =
+        "[[cut]]\njoint = 'minor'\nplane = { dip = 0, dip_direction = 0, through = [0, 0, 0.1] }";
+    let elements = |small: &str| {
+        let rock = good(&boxed(small, slices));
+        (0..2).map(|cell| rock.n_elements(cell)).sum::<usize>()
+    };
+    assert_eq!(elements("small = { is = 'scaled' }"), 8 + 8);
+    assert_eq!(elements("small = { is = 'rigid' }"), 1 + 8);
+    assert_eq!(elements("small = { is = 'removed' }"), 8);
+    assert_eq!(elements("body = 'rigid'\nsmall = { is = 'scaled' }"), 1 + 1);
 }
 
 #[test]
@@ -251,6 +290,7 @@ fn wrong_regions() {
             "box = { from = [0, 0, 0], to = [4, 3, 2] }\nprism = { outline = [[0, 0], [1, 0], [0, 1]], axis = 'x', from = 0, to = 1 }",
         ),
         (BOX, "box = { from = [0, 0, 0], to = [4, 3, 0] }"),
+        (BOX, "box = { from = [0, 0, 0], to = [4.5, 3, 2] }"),
         (BOX, "box = { from = [0, 0, nan], to = [4, 3, 0] }"),
         (BOX, inward),
         (BOX, dented),
@@ -304,6 +344,7 @@ fn wrong_cuts() {
         (TRIANGLE, "[[-0.5, 0.0], [0.5, 0.0]]"),
         (TRIANGLE, "[[0, 0], [1, 1], [1, 0], [0, 1]]"),
         ("to = [2.0, 3.0, 0.6]", "to = [2.0, 0.0, 0.6]"),
+        ("to = [2.0, 3.0, 0.6]", "to = [2.0, 1e-14, 0.6]"),
         ("join = true", ""),
         ("join = true", "join = true\njoint = 'minor'"),
         ("joint = \"minor\"", "joint = \"miner\""),

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 
+use ddem_core::counted;
 use ddem_deck::{CutRock, SmallKind};
 
 /// Number of the thinnest cells that are listed.
@@ -13,12 +14,12 @@ pub fn table(rock: &CutRock) -> String {
     let mut text = String::new();
     let n = rock.complex.cells().len();
     let blocks = rock.blocks.iter().max().map_or(0, |last| last + 1);
-    let joints = rock.matched.iter().filter(|face| rock.is_joint(face)).count();
+    let joints = rock.common.iter().filter(|face| rock.is_joint(face)).count();
     let elements: usize = (0..n).map(|cell| rock.n_elements(cell)).sum();
     // A string takes any text.
     let _ =
         writeln!(text, "{n} cells in {blocks} blocks, {joints} joint faces, {elements} elements\n");
-    let width = (0..rock.regions().len()).map(|region| name(rock, region).len());
+    let width = (0..rock.regions().len()).map(|region| rock.region_name(region).chars().count());
     let width = width.max().unwrap_or(0).max("region".len());
     let _ = writeln!(
         text,
@@ -26,11 +27,11 @@ pub fn table(rock: &CutRock) -> String {
         "region", "cells", "volume m³", "smallest m³", "largest m³", "width m"
     );
     for region in 0..rock.regions().len() {
-        let volumes = || rock.cells_of(region).into_iter().map(|cell| rock.properties[cell].volume);
+        let volumes = || rock.cells_of(region).iter().map(|&cell| rock.properties[cell].volume);
         let _ = writeln!(
             text,
             "{:width$}  {:>8}  {:>12.6}  {:>12.3e}  {:>12.3e}  {:>12.4}",
-            name(rock, region),
+            rock.region_name(region),
             volumes().count(),
             volumes().sum::<f64>(),
             volumes().fold(f64::INFINITY, f64::min),
@@ -45,15 +46,11 @@ pub fn table(rock: &CutRock) -> String {
     if rock.complex.n_uncut() > 0 {
         let _ = writeln!(
             text,
-            "{} cells stay whole: a plane passes nearly through their corners",
-            rock.complex.n_uncut()
+            "a plane passed nearly through corners {}: the cell there stayed whole",
+            counted(rock.complex.n_uncut(), "time")
         );
     }
     text + &thinnest(rock)
-}
-
-fn name(rock: &CutRock, region: usize) -> String {
-    rock.regions()[region].name.clone().unwrap_or_else(|| format!("region[{region}]"))
 }
 
 /// Line on the cells of a region that are thin, and what becomes of them.
@@ -61,9 +58,9 @@ fn thin(rock: &CutRock, region: usize) -> String {
     let small = rock.regions()[region].small;
     let least = small.width * rock.median_width(region);
     let cells = rock.cells_of(region);
-    let sizes = |cell: &usize| rock.properties[*cell];
-    let total: f64 = cells.iter().map(|cell| sizes(cell).volume).sum();
-    let thin: Vec<_> = cells.iter().map(sizes).filter(|of| of.width < least).collect();
+    let total: f64 = cells.iter().map(|&cell| rock.properties[cell].volume).sum();
+    let is_thin = |cell: &&usize| rock.treatment(**cell).is_some();
+    let thin: Vec<_> = cells.iter().filter(is_thin).map(|&cell| rock.properties[cell]).collect();
     if thin.is_empty() {
         return String::new();
     }
@@ -80,7 +77,7 @@ fn thin(rock: &CutRock, region: usize) -> String {
     };
     format!(
         "{}: {} of {} cells are thinner than {least:.4} m, with {share:.3} % of the volume: {effect}\n",
-        name(rock, region),
+        rock.region_name(region),
         thin.len(),
         cells.len(),
     )
@@ -102,7 +99,7 @@ fn thinnest(rock: &CutRock) -> String {
             "{cell:>8}  {:>10.3e}  {:>10.3e}  {place:<28}  {}",
             of.width,
             of.volume,
-            rock.cut_by(cell).replace(' ', ", ")
+            rock.cut_names(cell).join(", ")
         );
     }
     text

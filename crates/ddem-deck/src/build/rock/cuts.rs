@@ -10,73 +10,141 @@ use ddem_cut::{
 use crate::build::geometry::{Region, place};
 use crate::schema::{Deck, PlaneCut, RockCut, SetCut, SetSpacing, SpacingLaw, TunnelCut, Where};
 
-/// Regions that share the planes of cuts, because their north and their seed are the same.
-struct SharedPlanes {
+/// Length of the difference of two unit vectors below which they are one direction.
+const SAME_NORTH: f64 = 1e-9;
+
+/// Regions whose planes have the same random numbers, because their north and their seed are the
+/// same.
+struct RegionGroup {
     compass: Compass,
     seed: u64,
     regions: Vec<u32>,
-    /// Corners of these regions `[m]`.
+}
+
+/// Planes of a cut, and the regions that they cut.
+struct CutWork {
+    shape: CutShape,
+    compass: Compass,
+    regions: Vec<u32>,
+}
+
+/// Shape of a cut.
+#[derive(PartialEq)]
+enum CutShape {
+    Planes(Vec<CutPlane>),
+    Tunnel(Tunnel),
+}
+
+/// Rock before the cuts.
+struct WholeRock<'a> {
+    shapes: &'a [Vec<Polyhedron>],
+    groups: Vec<RegionGroup>,
+    /// Corners of all regions `[m]`.
     corners: Vec<Vec3>,
+    /// Box around them `[m]`.
+    bounds: [Vec3; 2],
 }
 
 /// Cells of all regions after all cuts.
 pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex, Vec<Fault>> {
-    let groups = groups(deck, shapes);
-    let corners: Vec<Vec3> = groups.iter().flat_map(|group| group.corners.clone()).collect();
-    let bounds = bounds(&corners);
-    if let Some(fault) = too_many(deck, shapes, (&groups, middle(bounds))) {
+    let whole = WholeRock::new(deck, shapes);
+    if let Some(fault) = too_many(deck, &whole) {
         return Err(vec![fault]);
     }
     let mut rock = CellComplex::new(shapes);
     for (number, entry) in deck.cut.iter().enumerate() {
         let at = format!("cut[{number}]");
-        let chosen = chosen(&rock, &entry.region, bounds);
+        let chosen = chosen(&rock, &entry.region, whole.bounds);
         if !chosen.contains(&true) {
             return Err(vec![no_cell(&rock, format!("{at}.where"), &entry.region)]);
         }
+        let works = whole.works(entry, number as u32);
         let mut all = CutCount::default();
-        for group in &groups {
-            // Cells that another group has made are none of this one.
+        for work in &works {
+            // Cells that another work has made are none of this one.
             let is_chosen = |cell: usize| chosen.get(cell).is_some_and(|chosen| *chosen);
-            let of_group = |region: u32| group.regions.contains(&region);
-            let allowed = rock.select(|cell, of| is_chosen(cell) && of_group(of.region));
-            let cells = rock.cells().len() as f64
-                + divisions(&rock, entry, (group, middle(bounds)), &allowed);
+            let allowed =
+                rock.select(|cell, of| is_chosen(cell) && work.regions.contains(&of.region));
+            let cells = rock.cells().len() as f64 + divisions(&rock, entry, &whole, work, &allowed);
             if cells > MOST_CELLS as f64 {
                 return Err(vec![too_many_fault(deck, format!("{at}.set.spacing"), cells)]);
             }
-            let count = one(&mut rock, (entry, number as u32), (group, middle(bounds)), allowed);
+            let count = match &work.shape {
+                CutShape::Planes(planes) => rock.cut(planes, allowed),
+                CutShape::Tunnel(tunnel) => rock.cut_tunnel(tunnel, allowed),
+            };
             all.divisions += count.divisions;
             all.too_many |= count.too_many;
         }
         if all.too_many {
             return Err(vec![too_many_fault(deck, at, rock.cells().len() as f64)]);
         }
-        if let Some(fault) = without_effect(&rock, entry, (&at, bounds), all) {
+        if all.divisions == 0
+            && let Some(fault) = without_effect(&rock, entry, &at, &works, &chosen, &whole)
+        {
             return Err(vec![fault]);
         }
     }
     Ok(rock)
 }
 
-fn groups(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Vec<SharedPlanes> {
-    let mut groups: Vec<SharedPlanes> = Vec::new();
-    for (number, (region, parts)) in deck.region.iter().zip(shapes).enumerate() {
-        let compass = Compass::new(region.north.into()).unwrap_or_default();
-        let same =
-            |group: &&mut SharedPlanes| group.compass == compass && group.seed == region.seed;
-        let corners = parts.iter().flat_map(|part| part.points.iter().copied());
-        match groups.iter_mut().find(same) {
-            Some(group) => {
-                group.regions.push(number as u32);
-                group.corners.extend(corners);
+impl<'a> WholeRock<'a> {
+    fn new(deck: &Deck, shapes: &'a [Vec<Polyhedron>]) -> Self {
+        let corners: Vec<Vec3> =
+            shapes.iter().flatten().flat_map(|part| part.points.iter().copied()).collect();
+        let bounds = bounds(&corners);
+        Self { shapes, groups: groups(deck), corners, bounds }
+    }
+
+    fn middle(&self) -> Vec3 {
+        (self.bounds[0] + self.bounds[1]) / 2.0
+    }
+
+    /// Planes of a cut. Regions with the same planes are cut together, so that faces which they share
+    /// are divided alike.
+    fn works(&self, entry: &RockCut, number: u32) -> Vec<CutWork> {
+        let mut works: Vec<CutWork> = Vec::new();
+        for group in &self.groups {
+            let Some(shape) = self.shape(entry, number, group) else { continue };
+            match works.iter_mut().find(|work| work.shape == shape) {
+                Some(work) => work.regions.extend(&group.regions),
+                None => {
+                    let RegionGroup { compass, regions, .. } = group;
+                    works.push(CutWork { shape, compass: *compass, regions: regions.clone() });
+                }
             }
-            None => groups.push(SharedPlanes {
-                compass,
-                seed: region.seed,
-                regions: vec![number as u32],
-                corners: corners.collect(),
-            }),
+        }
+        works
+    }
+
+    fn shape(&self, entry: &RockCut, number: u32, group: &RegionGroup) -> Option<CutShape> {
+        if let Some(set) = &entry.set {
+            let set = joint_set(set, &group.compass, self.middle());
+            let planes = set.planes(&self.corners, group.seed, number, entry.join);
+            return Some(CutShape::Planes(planes));
+        }
+        if let Some(plane) = &entry.plane {
+            let plane = self::plane(plane, &group.compass, (number, entry.join))?;
+            return Some(CutShape::Planes(vec![plane]));
+        }
+        let tunnel = tunnel(entry.tunnel.as_ref()?, &group.compass, (number, entry.join))?;
+        Some(CutShape::Tunnel(tunnel))
+    }
+}
+
+fn groups(deck: &Deck) -> Vec<RegionGroup> {
+    let mut groups: Vec<RegionGroup> = Vec::new();
+    for (number, region) in deck.region.iter().enumerate() {
+        let compass = Compass::new(region.north.into()).unwrap_or_default();
+        // Two ways to write one direction differ by rounding.
+        let same = |known: &Compass| (known.north() - compass.north()).norm() <= SAME_NORTH;
+        let compass = groups.iter().map(|group| group.compass).find(same).unwrap_or(compass);
+        match groups.iter_mut().find(|of| of.compass == compass && of.seed == region.seed) {
+            Some(group) => group.regions.push(number as u32),
+            None => {
+                let regions = vec![number as u32];
+                groups.push(RegionGroup { compass, seed: region.seed, regions });
+            }
         }
     }
     groups
@@ -87,27 +155,19 @@ fn bounds(corners: &[Vec3]) -> [Vec3; 2] {
     corners.iter().fold([far, -far], |[low, high], x| [low.inf(x), high.sup(x)])
 }
 
-fn middle([low, high]: [Vec3; 2]) -> Vec3 {
-    (low + high) / 2.0
-}
-
 /// Fault of more cells than there may be, before anything is cut. Cuts of a part of the rock are
 /// counted when their turn comes.
-fn too_many(
-    deck: &Deck,
-    shapes: &[Vec<Polyhedron>],
-    (groups, middle): (&[SharedPlanes], Vec3),
-) -> Option<Fault> {
+fn too_many(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
     let all =
         || deck.cut.iter().enumerate().filter_map(|(i, cut)| Some((i, cut, cut.set.as_ref()?)));
     let mut cells = 0.0;
-    for group in groups {
-        let of = |set: &SetCut| joint_set(set, &group.compass, middle);
-        let whole = all().filter(|(_, cut, _)| cut.region.is_everywhere());
-        let sets: Vec<JointSet> = whole.map(|(_, _, set)| of(set)).collect();
-        let parts = group.regions.iter().flat_map(|&region| &shapes[region as usize]);
+    for group in &whole.groups {
+        let of = |set: &SetCut| joint_set(set, &group.compass, whole.middle());
+        let everywhere = all().filter(|(_, cut, _)| cut.region.is_everywhere());
+        let sets: Vec<JointSet> = everywhere.map(|(_, _, set)| of(set)).collect();
+        let parts = group.regions.iter().flat_map(|&region| &whole.shapes[region as usize]);
         cells += parts.map(|part| expected_cells(part, &sets)).sum::<f64>();
-        cells = all().map(|(_, _, set)| of(set).expected(&group.corners)).fold(cells, f64::max);
+        cells = all().map(|(_, _, set)| of(set).expected(&whole.corners)).fold(cells, f64::max);
     }
     if cells <= MOST_CELLS as f64 {
         return None;
@@ -121,7 +181,7 @@ fn too_many_fault(deck: &Deck, place: String, cells: f64) -> Fault {
     let sets = deck.cut.iter().filter_map(|cut| cut.set.as_ref());
     let least = sets.map(|set| spacing(&set.spacing).mean()).fold(f64::INFINITY, f64::min);
     let message =
-        format!("the cuts would make about {cells:.1e} blocks; at most {MOST_CELLS} are possible");
+        format!("the cuts would make about {cells:.1e} cells; at most {MOST_CELLS} are possible");
     let help = format!("the smallest `spacing` is {} m on average", shown(least));
     Fault::new(ErrorCode::TooLarge, place, message).help(help)
 }
@@ -139,37 +199,15 @@ fn no_cell(rock: &CellComplex, at: String, region: &Where) -> Fault {
     let centroids: Vec<Vec3> = (0..rock.cells().len()).map(|cell| rock.centroid(cell)).collect();
     let [low, high] = bounds(&centroids);
     let help = if region.n_planes() > 0 {
-        "blocks count by their centroid, which is on no plane: give a range `[from, to]`".to_owned()
+        "cells count by their centroid, which is on no plane: give a range `[from, to]`".to_owned()
     } else {
         format!(
-            "blocks count by their centroid: here these lie from {} to {}",
+            "cells count by their centroid: here these lie from {} to {}",
             place(low),
             place(high)
         )
     };
-    Fault::new(ErrorCode::EmptySelection, at, "selects nothing: no block to cut there").help(help)
-}
-
-/// Cuts the regions of one group.
-fn one(
-    rock: &mut CellComplex,
-    (entry, number): (&RockCut, u32),
-    (group, middle): (&SharedPlanes, Vec3),
-    allowed: Vec<bool>,
-) -> CutCount {
-    if let Some(set) = &entry.set {
-        let set = joint_set(set, &group.compass, middle);
-        let planes = set.planes(&group.corners, group.seed, number, entry.join);
-        return rock.cut(&planes, allowed);
-    }
-    if let Some(plane) = &entry.plane {
-        let plane = self::plane(plane, &group.compass, (number, entry.join));
-        return plane.map(|plane| rock.cut(&[plane], allowed)).unwrap_or_default();
-    }
-    let tunnel = entry.tunnel.as_ref();
-    let tunnel =
-        tunnel.and_then(|tunnel| self::tunnel(tunnel, &group.compass, (number, entry.join)));
-    tunnel.map(|tunnel| rock.cut_tunnel(&tunnel, allowed)).unwrap_or_default()
+    Fault::new(ErrorCode::EmptySelection, at, "selects nothing: no cell to cut there").help(help)
 }
 
 /// Number of divisions to expect from a set: its planes cross a cell as often as the spacing fits
@@ -177,11 +215,12 @@ fn one(
 fn divisions(
     rock: &CellComplex,
     entry: &RockCut,
-    (group, middle): (&SharedPlanes, Vec3),
+    whole: &WholeRock<'_>,
+    work: &CutWork,
     allowed: &[bool],
 ) -> f64 {
     let Some(set) = &entry.set else { return 0.0 };
-    let set = joint_set(set, &group.compass, middle);
+    let set = joint_set(set, &work.compass, whole.middle());
     let extent = |cell: &ddem_cut::ConvexCell| {
         let corners = cell.faces.iter().flat_map(|face| &face.corners);
         let heights = corners.map(|&corner| set.normal.dot(&rock.points()[corner as usize]));
@@ -240,26 +279,33 @@ fn tunnel(tunnel: &TunnelCut, compass: &Compass, (cut, joined): (u32, bool)) -> 
 fn without_effect(
     rock: &CellComplex,
     entry: &RockCut,
-    (at, [low, high]): (&str, [Vec3; 2]),
-    count: CutCount,
+    at: &str,
+    works: &[CutWork],
+    chosen: &[bool],
+    whole: &WholeRock<'_>,
 ) -> Option<Fault> {
-    if count.divisions > 0 {
-        return None;
-    }
+    let [low, high] = whole.bounds;
     let rock_is = format!("the regions lie from {} to {}", place(low), place(high));
     let fault = |key: &str, message: &str| {
         let fault = Fault::new(ErrorCode::EmptySelection, format!("{at}.{key}"), message);
         fault.help(rock_is.clone())
     };
     if entry.set.is_some() {
-        return Some(fault("set", "no plane of the set divides a block"));
+        return Some(fault("set", "no plane of the set divides a cell"));
     }
     if entry.plane.is_some() {
-        return Some(fault("plane", "the plane divides no block"));
+        return Some(fault("plane", "the plane divides no cell"));
     }
-    // A tunnel along faces that are there already divides nothing, but has blocks inside.
-    let tunnel = self::tunnel(entry.tunnel.as_ref()?, &Compass::default(), (0, true))?;
-    let inside = |cell: usize| tunnel.contains(&rock.centroid(cell));
-    let empty = !(0..rock.cells().len()).any(inside);
-    empty.then(|| fault("tunnel", "the tunnel lies outside of all blocks"))
+    // A tunnel along faces that are there already divides nothing, but has cells inside.
+    let inside = |cell: usize| {
+        works.iter().any(|work| match &work.shape {
+            CutShape::Planes(_) => false,
+            CutShape::Tunnel(tunnel) => {
+                work.regions.contains(&rock.cells()[cell].region)
+                    && tunnel.contains(&rock.centroid(cell))
+            }
+        })
+    };
+    let empty = !(0..rock.cells().len()).any(|cell| chosen[cell] && inside(cell));
+    empty.then(|| fault("tunnel", "the tunnel lies outside of all cells"))
 }
