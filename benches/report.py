@@ -162,7 +162,7 @@ def steps(measured: Measured) -> str:
             rates = measured.rates("step", kinematics, nodes)
             memory = f"{found[0]['bytes']:.0f}"
             rows.append([number(nodes), kinematics, *rates, memory, *cells])
-    head = ["nodes", "kinematics", "1 thread, M/s", "2 threads, M/s", "bytes per node"]
+    head = ["nodes", "kinematics", "1 thread, M/s", "2 threads, M/s", "memory, B per node"]
     return table([*head, "% of additions", "% of multiplications", "% of triad"], rows)
 
 
@@ -185,7 +185,7 @@ def joints(measured: Measured) -> str:
         memory = [f"{row['bytes']:.0f}" for row in measured.of("joints", model=model, threads=1)]
         rows.append([text, *cells, " / ".join(memory[1:])])
     head = [f"{number(nodes)} nodes" for nodes in sizes]
-    return table(["joints", *head, "bytes per node"], rows)
+    return table(["joints", *head, "memory, B per node"], rows)
 
 
 def others(measured: Measured) -> str:
@@ -216,7 +216,8 @@ def peers(measured: Measured) -> str:
         difference = own[0].get("difference")
         text = "–" if difference is None else f"{difference:.0e}"
         rows.append([version, *cells, f"{own[0]['bytes']:.0f}", text])
-    text = table(["program", "1 thread, M/s", "2 threads, M/s", "bytes per node", "difference"], rows)
+    head = ["program", "1 thread, M/s", "2 threads, M/s", "process peak, B per node", "difference"]
+    text = table(head, rows)
     rate = {row["version"]: row["rate"] for row in found["rows"] if row["threads"] == 1}
     csr = [value for version, value in rate.items() if "CSR" in version]
     ratios = [

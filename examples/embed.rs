@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ..BlockSet::default()
     });
     let level = |z| Where { z: Some(Extent::Plane(z)), ..Where::default() };
-    deck.fix.push(Fix { region: level(0.0), axes: "xyz".into(), ..Fix::default() });
+    deck.fix.push(Fix { r#where: level(0.0), axes: "xyz".into(), ..Fix::default() });
 
     let model = deck.build()?;
     let (corner, top) = (model.nearest_node([2.0, 2.0, 2.0]), level(2.0).nodes(&model)?);

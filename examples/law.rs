@@ -69,6 +69,6 @@ fn slope(height: f64) -> Deck {
         ..BlockSet::default()
     });
     let held = Where { z: Some(Extent::Range([0.0, 0.9 * height])), ..Where::default() };
-    deck.fix.push(Fix { region: held, axes: "xyz".into(), ..Fix::default() });
+    deck.fix.push(Fix { r#where: held, axes: "xyz".into(), ..Fix::default() });
     deck
 }

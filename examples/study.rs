@@ -93,6 +93,6 @@ fn slope(friction: f64) -> Deck {
         ..BlockSet::default()
     });
     let floor = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
-    deck.fix.push(Fix { region: floor, axes: "xyz".into(), ..Fix::default() });
+    deck.fix.push(Fix { r#where: floor, axes: "xyz".into(), ..Fix::default() });
     deck
 }

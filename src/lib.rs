@@ -21,7 +21,7 @@
 //!     ..BlockSet::default()
 //! });
 //! let floor = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
-//! deck.fix.push(Fix { region: floor.clone(), axes: "z".into(), ..Fix::default() });
+//! deck.fix.push(Fix { r#where: floor.clone(), axes: "z".into(), ..Fix::default() });
 //!
 //! let model = deck.build()?;
 //! let (top, floor) = (model.nearest_node([0.5, 0.5, 2.0]), floor.nodes(&model)?);

@@ -180,7 +180,7 @@ pub(crate) fn forces(kinematics: Kinematics) -> BenchModel {
 /// Support of everything at z = 0.
 fn floor() -> Fix {
     let held = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
-    Fix { region: held, axes: "xyz".into(), ..Fix::default() }
+    Fix { r#where: held, axes: "xyz".into(), ..Fix::default() }
 }
 
 /// Blocks of two divisions that relax under their weight.

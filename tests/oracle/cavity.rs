@@ -54,13 +54,13 @@ impl Hollow {
             ..BlockSet::default()
         });
         for &cell in &self.removed {
-            deck.remove.push(Remove { region: self.ball(cell, 0.05), ..Remove::default() });
+            deck.remove.push(Remove { r#where: self.ball(cell, 0.05), ..Remove::default() });
         }
         let base = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
-        deck.fix.push(Fix { region: base, axes: "xyz".into(), ..Fix::default() });
+        deck.fix.push(Fix { r#where: base, axes: "xyz".into(), ..Fix::default() });
         let everywhere = Where { x: Some(Extent::Range([-1e3, 1e3])), ..Where::default() };
         let pressure = Some(PRESSURE);
-        deck.charge.push(Charge { region: everywhere, pressure, ..Charge::default() });
+        deck.charge.push(Charge { r#where: everywhere, pressure, ..Charge::default() });
         deck
     }
 

@@ -189,7 +189,7 @@ impl Sample {
         self.assign(&mut deck);
         for &cell in &self.removed {
             let region = ball(self.at(self.middle(cell)));
-            deck.remove.push(Remove { region, ..Remove::default() });
+            deck.remove.push(Remove { r#where: region, ..Remove::default() });
         }
         if self.loaded {
             self.load(&mut deck);
@@ -205,19 +205,27 @@ impl Sample {
             let at = Some(Extent::Plane(self.cuts[axis][plane + 1]));
             let mut region = Where::default();
             *[&mut region.x, &mut region.y, &mut region.z][axis] = at;
-            deck.assign.push(Assign { region, joint: Some("plane".into()), ..Assign::default() });
+            deck.assign.push(Assign {
+                r#where: region,
+                joint: Some("plane".into()),
+                ..Assign::default()
+            });
         }
         if let Some((face, of)) = self.patch {
             deck.joints.insert("patch".into(), joint(self.joints[face.axis].0, of));
             let mut middle = self.middle(face.cell);
             middle[face.axis] = self.cuts[face.axis][face.cell[face.axis] + 1];
             let region = ball(self.at(middle));
-            deck.assign.push(Assign { region, joint: Some("patch".into()), ..Assign::default() });
+            deck.assign.push(Assign {
+                r#where: region,
+                joint: Some("patch".into()),
+                ..Assign::default()
+            });
         }
         if let Some((cell, of)) = self.ore {
             deck.materials.insert("ore".into(), material(of));
             let (region, ore) = (ball(self.at(self.middle(cell))), Some("ore".into()));
-            deck.assign.push(Assign { region, material: ore, ..Assign::default() });
+            deck.assign.push(Assign { r#where: region, material: ore, ..Assign::default() });
         }
     }
 
@@ -230,16 +238,16 @@ impl Sample {
     fn load(&self, deck: &mut Deck) {
         deck.model.gravity = GRAVITY;
         let plane = |z: f64| Where { z: Some(Extent::Plane(z)), ..Where::default() };
-        deck.fix.push(Fix { region: plane(0.0), axes: "xyz".into(), ..Fix::default() });
+        deck.fix.push(Fix { r#where: plane(0.0), axes: "xyz".into(), ..Fix::default() });
         let top = plane(self.height());
-        let entry = Load { region: top.clone(), ..Load::default() };
+        let entry = Load { r#where: top.clone(), ..Load::default() };
         deck.load.push(Load { traction: Some(TRACTION), ..entry.clone() });
         deck.load.push(Load { pressure: Some(PRESSURE), ..entry.clone() });
         let corner = self.at(self.cuts.each_ref().map(|c| *c.last().expect("cuts")));
-        deck.load.push(Load { region: ball(corner), force: Some(FORCE), ..entry.clone() });
+        deck.load.push(Load { r#where: ball(corner), force: Some(FORCE), ..entry.clone() });
         let y = Some(Extent::Plane(self.at([0.0, 0.0, self.cuts[2][self.cuts[2].len() - 1]]).y));
         let region = Where { y, ..top };
-        deck.load.push(Load { region, line: Some(LINE), ..entry });
+        deck.load.push(Load { r#where: region, line: Some(LINE), ..entry });
     }
 
     /// Loads and supports of the independent model, from the mesh alone.

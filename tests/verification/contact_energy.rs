@@ -50,7 +50,7 @@ fn weightless(divisions: [u32; 2], thickness: f64, velocity: f64) -> Deck {
     deck.blocks = vec![lower, BlockSet { origin, divisions: divisions[1], ..set }];
     let seam = deck.joints.get_mut("seam").expect("a joint");
     seam.thickness = thickness;
-    deck.initial[0].region.z = Some(Extent::Range([1.0 + thickness, 3.0]));
+    deck.initial[0].r#where.z = Some(Extent::Range([1.0 + thickness, 3.0]));
     deck.initial[0].velocity = Some([0.0, 0.0, velocity]);
     deck
 }
@@ -100,7 +100,7 @@ fn springs_failing_on_rebound_gain_no_energy() {
     {
         let mut deck = weightless([divisions; 2], 0.0, -velocity);
         deck.fix.clear();
-        deck.initial[0].region.z = Some(Extent::Range([1.0, 2.0]));
+        deck.initial[0].r#where.z = Some(Extent::Range([1.0, 2.0]));
         let mut set = deck.blocks.swap_remove(0);
         (set.size, set.count) = (Some([1.0, 1.0, 2.0]), Some([1, 1, 2]));
         deck.blocks = vec![set];
@@ -163,8 +163,12 @@ fn joint_failing_after_shock_gains_no_energy() {
         let strong = Joint { tension: strong, cohesion, friction, ..seam.clone() };
         deck.joints.insert("strong".into(), strong);
         let region = Where { z: Some(Extent::Plane(2.0)), ..Where::default() };
-        deck.assign.push(Assign { region, joint: Some("strong".into()), ..Assign::default() });
-        deck.initial[0].region.z = Some(Extent::Range([2.0, 3.0]));
+        deck.assign.push(Assign {
+            r#where: region,
+            joint: Some("strong".into()),
+            ..Assign::default()
+        });
+        deck.initial[0].r#where.z = Some(Extent::Range([2.0, 3.0]));
         let most = energies(&deck, 600)[0];
         let what =
             format!("three blocks, {holds}, divisions {divisions}, tension {} MPa", 1e-6 * tension);
@@ -264,7 +268,7 @@ fn separating_blocks_keep_momentum_and_energy() {
             let region = Where { z: Some(Extent::Plane(z)), ..Where::default() };
             let history = Some(History::Ramp(0.05));
             let traction = Some([0.0, 0.0, pull]);
-            deck.load.push(Load { region, traction, history, ..Load::default() });
+            deck.load.push(Load { r#where: region, traction, history, ..Load::default() });
         }
         for (set, body) in deck.blocks.iter_mut().zip(bodies) {
             set.body = body;

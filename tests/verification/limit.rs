@@ -41,7 +41,7 @@ fn is_stable(mut deck: Deck, way: Way, weights: Weights<'_>, duration: f64) -> b
         for (region, mass) in weights {
             let force = Some(along.map(|g| mass * g));
             let history = Some(History::Ramp(0.5 * duration));
-            deck.load.push(Load { region: region.clone(), force, history, ..Load::default() });
+            deck.load.push(Load { r#where: region.clone(), force, history, ..Load::default() });
         }
         deck.model.gravity = [0.0; 3];
     }
@@ -146,7 +146,7 @@ pub(super) fn layered(mut deck: Deck, young: f64) -> Deck {
     let both = &mut deck.blocks[0];
     (both.size, both.count) = (Some([1.0; 3]), Some([1, 1, 2]));
     both.body = Body::Deformable;
-    deck.fix[0].region = between(-0.5, -0.004);
+    deck.fix[0].r#where = between(-0.5, -0.004);
     deck.probe.clear();
     deck
 }

@@ -253,7 +253,7 @@ fn block_of_one_set_slides_in_plane_of_fixed_block() {
         deck.blocks[0].size = Some([1.0, 1.0, 2.0]);
         deck.blocks[0].count = Some([1, 1, 2]);
         let height = |range| Where { z: Some(Extent::Range(range)), ..Where::default() };
-        deck.fix[0].region = height([-0.1, 0.9]);
+        deck.fix[0].r#where = height([-0.1, 0.9]);
         deck.stage[0].duration = Some(1.0);
         let rows = down(&deck, &mut simulation(&deck), &height([1.1, 2.1]), 200);
         let [late, end] = [rows[rows.len() / 2], rows[rows.len() - 1]];
@@ -283,7 +283,7 @@ fn block_below_friction_limit_stays() {
             at_most(case, &what, 1e-4, creep);
             // Apply the weight in a relax stage while the block is fixed along the plane.
             let hold = Fix {
-                region: sliding_set(),
+                r#where: sliding_set(),
                 axes: "x".to_owned(),
                 until: Some("slide".to_owned()),
                 ..Fix::default()

@@ -26,7 +26,7 @@ fn around(deck: &Deck) -> (Mesh, f64) {
     let (n, size) = (cuts.len() - 1, cuts[cuts.len() - 1]);
     let mut lattice =
         OracleLattice::boxed([size; 3], [n; 3], 1, deck.joints["seam"].thickness, ROCK);
-    let ball = deck.remove[0].region.sphere.expect("a ball");
+    let ball = deck.remove[0].r#where.sphere.expect("a ball");
     let middle = |cell: usize| 0.5 * (cuts[cell] + cuts[cell + 1]);
     let far = |i: &usize| Vector3::from([i % n, i / n % n, i / n / n].map(middle)).norm();
     lattice.removed = (0..n.pow(3)).filter(|i| far(i) < ball.radius).collect();

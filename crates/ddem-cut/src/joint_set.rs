@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 use crate::plane::CutPlane;
 use crate::random::{RandomStream, fisher_cosine};
 
-/// Share of the planes of a set that may be steeper than those which are followed beyond the region.
+/// Share of the planes whose tilt is larger than the range of distances allows for. Such a plane may
+/// be missing if it starts far outside of the region.
 const RARE: f64 = 0.01;
 
 /// Set of joints.

@@ -19,7 +19,7 @@ use std::sync::Arc;
 use ddem_core::problem::{Boundaries, BoundaryHold, Conditions, Geometry, Stages};
 use ddem_core::{Fault, Model, ModelError, Problem};
 
-use geometry::{Cut, Names, Region};
+use geometry::{Cut, Names, Selector};
 pub use geometry::{Interface, Selection};
 pub use rock::CutRock;
 pub(crate) use rock::parts as rock_parts;
@@ -27,12 +27,12 @@ pub(crate) use rock::parts as rock_parts;
 use crate::lint::Diagnostic;
 use crate::schema::{Deck, Where};
 
-/// Deck whose blocks have been cut: its problem, and the blocks that its regions select.
+/// Deck whose blocks have been cut: its problem, and the blocks that its entries select.
 #[derive(Clone, Debug)]
 pub struct BuiltDeck {
     deck: Deck,
     problem: Arc<Problem>,
-    /// Blocks that curved and slanted regions have split or removed.
+    /// Blocks that curved and slanted shapes have split or removed.
     selections: Vec<Selection>,
     /// Warnings about each charge.
     charges: Vec<Vec<Diagnostic>>,
@@ -110,8 +110,8 @@ impl BuiltDeck {
         Ok(Self { deck: deck.clone(), problem: Arc::new(problem), selections, charges, holds })
     }
 
-    fn region(&self, region: &Where) -> Region {
-        Region::new(region, &self.problem.sets)
+    fn selector(&self, selector: &Where) -> Selector {
+        Selector::new(selector, &self.problem.sets)
     }
 
     /// Blocks and joints in the named stage, or at the start if there is no name.

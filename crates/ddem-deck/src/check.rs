@@ -6,8 +6,8 @@ mod conditions;
 mod contact;
 mod history;
 mod matter;
-mod region;
 mod rock;
+mod selection;
 mod stages;
 mod strength;
 #[cfg(test)]
@@ -49,8 +49,8 @@ pub fn check(deck: &Deck) -> Vec<Fault> {
     faults.0.into_iter().map(with_example).collect()
 }
 
-/// Faults of the regions of a deck, of their cuts and of what these name. A deck without any of them
-/// can be cut: [`Deck::cut_regions`].
+/// Faults of a deck that keep its regions from being cut ([`Deck::cut_regions`]): of materials and
+/// joints, regions and cuts.
 pub fn check_cuts(deck: &Deck) -> Vec<Fault> {
     let mut faults = Faults::default();
     matter::check(deck, &mut faults);

@@ -18,8 +18,8 @@ mod lint;
 mod matter;
 pub mod names;
 mod orientation;
-mod region;
 mod rock;
+mod selection;
 mod size;
 mod stages;
 mod surface;
@@ -44,11 +44,11 @@ pub use lint::LintTable;
 pub use matter::{Joint, Material};
 pub(crate) use orientation::normal_of;
 pub use orientation::{Orientation, Orientations};
-pub use region::{Cylinder, Extent, Plane, Sheet, Side, Sphere, Where};
 pub use rock::{
     AxisName, BoxShape, PlaneCut, PrismShape, RockCut, RockRegion, SetCut, SetSpacing, SmallBlocks,
     SmallKind, SpacingLaw, SpacingTable, TunnelCut,
 };
+pub use selection::{Cylinder, Extent, Plane, Sheet, Side, Sphere, Where};
 pub use size::Size;
 pub use stages::{OnFailure, Stage};
 pub(crate) use surface::SurfaceMesh;

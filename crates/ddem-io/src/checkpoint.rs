@@ -91,7 +91,8 @@ impl Checkpoint {
     ///
     /// # Errors
     ///
-    /// [`OutputError::Unusable`] if the file is damaged, not a checkpoint, or of another version.
+    /// [`OutputError::Unusable`] if the file is damaged or not a checkpoint, [`OutputError::Version`]
+    /// if another version of ddem wrote it.
     pub fn load(path: impl AsRef<Path>) -> std::result::Result<Self, OutputError> {
         let path = path.as_ref();
         let unusable = |e: String| OutputError::unusable(path, e);
@@ -102,7 +103,7 @@ impl Checkpoint {
         }
         let size = metadata.len();
         with_file(path, OpenMode::Read, "loading", |file| {
-            check_format(file).map_err(unusable)?;
+            check_format(file, path)?;
             read(file, size).map_err(|e| {
                 unusable(format!(
                     "the checkpoint is damaged ({e}): use another one, or run from the start"
@@ -112,22 +113,26 @@ impl Checkpoint {
     }
 }
 
-fn check_format(file: &File) -> std::result::Result<(), String> {
+fn check_format(file: &File, path: &Path) -> std::result::Result<(), OutputError> {
     let format = file.attr("format").and_then(|a| a.read_scalar::<FixedAscii<15>>());
     if format.ok().is_none_or(|f| f.as_bytes() != FORMAT) {
-        return Err("the file is not a checkpoint of ddem: give one".to_owned());
+        return Err(OutputError::unusable(path, "the file is not a checkpoint of ddem: give one"));
     }
     match file.attr("version").and_then(|a| a.read_scalar::<u64>()) {
         Ok(VERSION) => Ok(()),
         Ok(version) => {
             let other = if version < VERSION { "an earlier" } else { "a later" };
-            Err(format!(
+            let message = format!(
                 "the checkpoint has format {version}, written by {other} version of ddem; this one reads format {VERSION}: \
                  resume with the version that wrote it, or run from the start"
-            ))
+            );
+            Err(OutputError::Version { path: path.to_owned(), message })
         }
-        Err(e) => Err(format!(
-            "the checkpoint has no format number ({e}): use another one, or run from the start"
+        Err(e) => Err(OutputError::unusable(
+            path,
+            format!(
+                "the checkpoint has no format number ({e}): use another one, or run from the start"
+            ),
         )),
     }
 }

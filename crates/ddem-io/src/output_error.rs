@@ -58,8 +58,7 @@ pub enum OutputError {
         /// The error of the library, which the message contains.
         error: Cause,
     },
-    /// The file is not of the kind that its name says: it is truncated, or another program or a
-    /// newer version wrote it.
+    /// The file is not of the kind that its name says: it is truncated, or another program wrote it.
     #[error("{}: {message} [{}]", path.display(), ErrorCode::InvalidFile)]
     Unusable {
         /// The file.
@@ -67,8 +66,16 @@ pub enum OutputError {
         /// Description of the fault.
         message: String,
     },
+    /// Another version of ddem wrote the checkpoint.
+    #[error("{}: {message} [{}]", path.display(), ErrorCode::CheckpointMismatch)]
+    Version {
+        /// The file.
+        path: PathBuf,
+        /// Description of the versions.
+        message: String,
+    },
     /// The given data do not fit the file.
-    #[error("{}: {message} [{}]", path.display(), ErrorCode::InvalidFile)]
+    #[error("{}: {message} [{}]", path.display(), ErrorCode::InvalidArgument)]
     Mismatch {
         /// The file.
         path: PathBuf,
@@ -88,6 +95,7 @@ impl OutputError {
             | Self::Io { path, .. }
             | Self::Format { path, .. }
             | Self::Unusable { path, .. }
+            | Self::Version { path, .. }
             | Self::Mismatch { path, .. } => path,
         }
     }
@@ -96,7 +104,9 @@ impl OutputError {
     #[must_use]
     pub fn code(&self) -> ErrorCode {
         match self {
-            Self::Unusable { .. } | Self::Mismatch { .. } => ErrorCode::InvalidFile,
+            Self::Unusable { .. } => ErrorCode::InvalidFile,
+            Self::Version { .. } => ErrorCode::CheckpointMismatch,
+            Self::Mismatch { .. } => ErrorCode::InvalidArgument,
             _ => ErrorCode::FileAccess,
         }
     }

@@ -48,7 +48,7 @@ pub struct Summary {
     /// Charges before they detonate, in the order of the deck.
     #[serde(default)]
     pub charges: Vec<ChargeSummary>,
-    /// Blocks that curved and slanted regions have selected.
+    /// Blocks that curved and slanted shapes have selected.
     #[serde(default)]
     pub selections: Vec<SelectionSummary>,
     /// Peak memory of the process, `[B]`; 0 if the system does not report it.
@@ -124,7 +124,7 @@ impl From<ChargeSize> for ChargeSummary {
     }
 }
 
-/// Blocks that a curved or slanted region has selected.
+/// Blocks that a curved or slanted shape has selected.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SelectionSummary {
     /// Place in the deck.

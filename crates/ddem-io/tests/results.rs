@@ -207,7 +207,9 @@ fn damaged_and_foreign_checkpoints_are_errors() {
         let file = hdf5::File::open_rw(&path).unwrap();
         file.attr("version").unwrap().write_scalar(&version).unwrap();
         file.close().unwrap();
-        let message = unusable("another version");
+        let error = Checkpoint::load(&path).unwrap_err();
+        assert!(matches!(error, OutputError::Version { .. }), "{error}");
+        let message = error.to_string();
         assert!(
             message.contains(&format!("format {version}, written by {other} of ddem")),
             "{message}"

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::losses::Losses;
 use ddem_mechanics::law::springs::PointSprings;
 use ddem_mechanics::law::{
-    FailureMode, JointLaw, Opening, PointLoss, PointState, SpringStiffness, Traction,
+    FailureMode, JointDisplacement, JointLaw, PointLoss, PointState, SpringStiffness, Traction,
 };
 
 /// Slip or opening of a failed pair, as a fraction of the spacing of pairs, beyond which the
@@ -129,8 +129,8 @@ impl JointPoint {
             return PointLoss::default();
         };
         let previous_traction = self.state.traction;
-        let opening = Opening { normal: own.x, shear: own.yz() };
-        let mut loss = springs.update(law, opening, &mut self.state);
+        let displacement = JointDisplacement { normal: own.x, shear: own.yz() };
+        let mut loss = springs.update(law, displacement, &mut self.state);
         if let Some(du) = du {
             springs.begin_failure(previous_traction, du, &mut loss, &mut self.state);
         }

@@ -206,8 +206,8 @@ impl Packs {
         packs
     }
 
-    /// Number of leading lattices whose blocks share packs. Only lattices of a single block share
-    /// them, as long as they are alike.
+    /// Number of lattices at the start of a list whose blocks share packs: lattices of one block each,
+    /// with equal divisions and of the same kind; otherwise 1.
     fn alike(&self, lattices: &[Arc<Lattice>]) -> usize {
         let kind = |lattice: &Lattice| (lattice.divisions, lattice.rigid, lattice.is_box());
         let first = &lattices[0];

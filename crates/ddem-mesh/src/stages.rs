@@ -36,7 +36,7 @@ impl Stages {
     }
 
     /// Stage that begins with the removal of a block; `None` if the block stays.
-    pub fn removes(&self, block: usize) -> Option<usize> {
+    pub fn removal_stage(&self, block: usize) -> Option<usize> {
         let removed = |(_, geometry): &&(usize, Arc<Geometry>)| geometry.is_removed(block);
         self.geometries.iter().find(removed).map(|(first, _)| *first)
     }

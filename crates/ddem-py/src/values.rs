@@ -187,7 +187,7 @@ pub(crate) fn table<'py>(
     keys: Option<&Bound<'py, PyDict>>,
     name: &mut Name<'_>,
 ) -> PyResult<(Table, Option<Bound<'py, PyAny>>)> {
-    let (mut table, mut region, mut function) = (Table::new(), Table::new(), None);
+    let (mut table, mut selector, mut function) = (Table::new(), Table::new(), None);
     for (key, given) in keys.into_iter().flatten() {
         let key: String = key.extract()?;
         if given.is_none() {
@@ -210,11 +210,11 @@ pub(crate) fn table<'py>(
         };
         match (key.as_str(), value) {
             (key, value) if WHERE.contains(&key) && has_where(section) => {
-                put(&mut region, key, value)?;
+                put(&mut selector, key, value)?;
             }
             ("where", Value::Table(all)) if has_where(section) => {
                 for (key, value) in all {
-                    put(&mut region, &key, value)?;
+                    put(&mut selector, &key, value)?;
                 }
             }
             // `from` is a keyword of Python.
@@ -222,9 +222,9 @@ pub(crate) fn table<'py>(
             (_, value) => put(&mut table, &key, value)?,
         }
     }
-    if !region.is_empty() {
+    if !selector.is_empty() {
         // A value that is not a table is refused when it is read.
-        table.entry("where").or_insert(Value::Table(region));
+        table.entry("where").or_insert(Value::Table(selector));
     }
     Ok((table, function))
 }

@@ -198,10 +198,10 @@ impl PySimulation {
         py: Python<'py>,
         keys: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let region = read_where(py, keys)?;
+        let selector = read_where(py, keys)?;
         let found = self.read(py, move |inner| {
             let model = inner.session.simulation().model();
-            let nodes = region.nodes(model).map_err(ModelError::from)?;
+            let nodes = selector.nodes(model).map_err(ModelError::from)?;
             Ok(nodes.into_iter().map(i64::from).collect())
         })?;
         let found = found.map_err(|error| errors::arguments(py, error, "where"))?;
@@ -363,13 +363,14 @@ impl PySimulation {
 /// Region that the arguments describe.
 fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Where> {
     let (mut entry, _) = table("remove", keys, &mut no_matter)?;
-    let mut region = match entry.remove("where") {
-        Some(Value::Table(region)) => region,
+    let mut selector = match entry.remove("where") {
+        Some(Value::Table(selector)) => selector,
         Some(other) => Table::from_iter([("where".to_owned(), other)]),
         None => Table::new(),
     };
-    // Other keys of the section become unknown keys of the region.
-    region.extend(entry);
-    let deck = alone(py, "remove", Table::from_iter([("where".to_owned(), Value::Table(region))]))?;
-    Ok(deck.remove.into_iter().next().unwrap_or_default().region)
+    // Other keys of the section become unknown keys of `where`.
+    selector.extend(entry);
+    let deck =
+        alone(py, "remove", Table::from_iter([("where".to_owned(), Value::Table(selector))]))?;
+    Ok(deck.remove.into_iter().next().unwrap_or_default().r#where)
 }

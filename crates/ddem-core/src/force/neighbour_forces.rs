@@ -48,8 +48,8 @@ impl<'a> NeighbourForces<'a> {
     }
 }
 
-/// Sets the forces and the torque on the neighbours at an offset to zero, for a joint that is not
-/// there. The joints at the offsets that contain it add to them.
+/// Sets the forces and the torque of a pack on its neighbours at an offset to zero, if it has no
+/// joint with them. Its joints of more blocks, strips and corners, may still add forces there.
 pub(crate) fn clear(numbering: &BlockNumbering, offset: usize, neighbour_forces: &mut [Lanes]) {
     let part = numbering.upper_part(offset);
     let (first, nodes) = (part.in_neighbour_forces.first, part.count.iter().product::<usize>());

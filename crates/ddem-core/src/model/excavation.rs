@@ -48,7 +48,7 @@ impl Model {
     #[must_use]
     pub fn removed_in(&self, block: usize) -> Option<usize> {
         self.geometry.has_block(block);
-        self.stages.removes(block)
+        self.stages.removal_stage(block)
     }
 
     /// Stage at whose start a block is removed, or `usize::MAX`. Of equally near blocks, searches

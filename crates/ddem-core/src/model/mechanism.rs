@@ -103,15 +103,15 @@ fn describe(motions: &[Vector6<f64>], centre: &Vec3, size: f64) -> Vec<String> {
         }
     }
     if names.is_empty() {
-        let named = |m: &Vector6<f64>| oblique(&translation(m), &(rotation(m) / size), centre);
+        let named = |m: &Vector6<f64>| oblique(&translation(m), &rotation(m), centre, size);
         names.extend(motions.iter().map(named));
     }
     names
 }
 
 /// Words for a motion that is parallel to none of the axes: a translation, a rotation, or both along
-/// one axis.
-fn oblique(translation: &Vec3, rotation: &Vec3, centre: &Vec3) -> String {
+/// one axis. The rotation is that over `size`, so that both have the same unit.
+fn oblique(translation: &Vec3, rotation: &Vec3, centre: &Vec3, size: f64) -> String {
     let small = 1e-6 * (translation.norm() + rotation.norm());
     let turns = rotation.norm() > small;
     let along = if turns { rotation } else { translation }.normalize();
@@ -123,7 +123,8 @@ fn oblique(translation: &Vec3, rotation: &Vec3, centre: &Vec3) -> String {
     if !turns {
         return format!("translation along {axis}");
     }
-    let through = shown(centre + rotation.cross(translation) / rotation.norm_squared(), 1e4);
+    let through =
+        shown(centre + rotation.cross(translation) * (size / rotation.norm_squared()), 1e4);
     let slides = translation.dot(&along).abs() > small;
     let more = if slides { ", with a translation along it" } else { "" };
     format!(

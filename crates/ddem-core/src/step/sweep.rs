@@ -28,9 +28,9 @@ use ddem_mechanics::math::sums::StepSums;
 use ddem_mesh::pack::{Neighbours, Pack, Packs};
 use ddem_mesh::parallel::{Split, cut, neighbour_force_start, spread};
 
-/// Nodes of a model from which on a sweep is faster than two passes.
+/// Least number of nodes for which a sweep is faster than two passes.
 const FEWEST_NODES: usize = 300_000;
-/// Slabs for each thread: with a few of them a thread that is held up takes fewer.
+/// Number of slabs for each thread. With more than one a slow thread leaves slabs to the others.
 const SLABS_PER_THREAD: usize = 2;
 
 /// Packs of one task.

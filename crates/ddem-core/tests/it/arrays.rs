@@ -124,7 +124,7 @@ fn mesh_blocks_move_like_deck_blocks() {
     let mut second = deck.blocks[0].clone();
     second.origin = [1.0, 0.0, 0.0];
     deck.blocks.push(second);
-    deck.fix = vec![Fix { region: plane(0, 0.0), axes: "xyz".into(), ..Fix::default() }];
+    deck.fix = vec![Fix { r#where: plane(0, 0.0), axes: "xyz".into(), ..Fix::default() }];
     let mut other = Simulation::new(deck.build().unwrap());
     let nodes = plane(0, 2.0).nodes(other.model()).unwrap();
     other.apply_force(&nodes, &vec![[1e6, 0.0, 3e5]; nodes.len()]);
@@ -193,7 +193,7 @@ fn mesh_sets_equal_sets_of_single_blocks() {
     let mut single = deck([1, 1, 1], [1.0, 1.0, 1.0], 2, 0.0);
     single.joints.insert("seam".into(), springs);
     single.model.gravity = [3.0, 0.0, -9.81];
-    single.fix = vec![Fix { region: plane(0, 0.0), axes: "xyz".into(), ..Fix::default() }];
+    single.fix = vec![Fix { r#where: plane(0, 0.0), axes: "xyz".into(), ..Fix::default() }];
     let mut of_mesh = single.clone();
     for x in [1.0, 2.0] {
         let origin = [x, 0.0, 0.0];

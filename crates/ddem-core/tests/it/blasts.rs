@@ -33,10 +33,10 @@ fn two_charges() -> Deck {
             let at = [x, y, z].map(|c| c + 0.8);
             within(at.map(|c| c - reach), at.map(|c| c + reach))
         };
-        deck.refine.extend([0.4, 0.2].map(|reach| Refine { region: around(reach), factor: 2 }));
-        deck.remove.push(Remove { region: around(0.1), ..Remove::default() });
+        deck.refine.extend([0.4, 0.2].map(|reach| Refine { r#where: around(reach), factor: 2 }));
+        deck.remove.push(Remove { r#where: around(0.1), ..Remove::default() });
         deck.charge.push(Charge {
-            region: around(0.15),
+            r#where: around(0.15),
             pressure: Some(2e8),
             gamma: Some(1.5),
             history: Some(ChargeHistory::Gas(GasWord::Gas)),
@@ -101,16 +101,16 @@ fn charge_at_nonconforming_faces_warns() {
     assert_eq!(warnings(&deck), "");
     // The cell lies at the edge of the small blocks.
     let cell = within([0.6, 0.7, 0.7], [0.7, 0.9, 0.9]);
-    deck.remove[0].region = cell;
-    deck.charge[0].region = within([0.55, 0.65, 0.65], [0.75, 0.95, 0.95]);
+    deck.remove[0].r#where = cell;
+    deck.charge[0].r#where = within([0.55, 0.65, 0.65], [0.75, 0.95, 0.95]);
     let message = warnings(&deck);
     assert!(message.contains("borders on blocks") && !message.contains("outside"), "{message}");
     // The charge lies in joints, some conforming and some not.
     deck.remove.clear();
-    deck.charge[0].region = within([0.55, 0.71, 0.71], [0.75, 0.89, 0.89]);
+    deck.charge[0].r#where = within([0.55, 0.71, 0.71], [0.75, 0.89, 0.89]);
     let message = warnings(&deck);
     assert!(message.contains("4 joints between faces that do not match"), "{message}");
-    deck.charge[0].region = within([0.59, 0.71, 0.71], [0.61, 0.79, 0.79]);
+    deck.charge[0].r#where = within([0.59, 0.71, 0.71], [0.61, 0.79, 0.79]);
     let faults = deck.build().err().map(|error| error.faults).unwrap_or_default();
     let help = faults.first().and_then(|fault| fault.help.as_deref()).unwrap_or_default();
     assert!(help.contains("faces that do not match"), "{faults:?}");

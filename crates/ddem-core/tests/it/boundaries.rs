@@ -12,7 +12,7 @@ use crate::decks::*;
 
 fn viscous(region: Where) -> Boundary {
     let kind = BoundaryKind::Viscous;
-    Boundary { region, kind, velocity: None, history: None, from: None, until: None }
+    Boundary { r#where: region, kind, velocity: None, history: None, from: None, until: None }
 }
 
 fn free_field(region: Where) -> Boundary {
@@ -80,7 +80,7 @@ fn dashpots_absorb_all_energy_at_any_stable_step() {
         if split {
             // Dashpots act on both sides of nonconforming joints.
             let region = Where { x: Some(Extent::Range([0.0, 1.0])), ..Where::default() };
-            wrapped.refine = vec![Refine { region, factor: 2 }];
+            wrapped.refine = vec![Refine { r#where: region, factor: 2 }];
         }
         let free = Deck { boundary: Vec::new(), ..wrapped.clone() };
         let critical = simulation(&free).critical_step().unwrap_or_else(|error| panic!("{error}"));
@@ -350,7 +350,7 @@ fn invalid_boundaries_are_refused() {
     let mut hollow = Deck { boundary: vec![viscous(Where::default())], ..plain.clone() };
     let corner = Sphere { centre: [0.5; 3], radius: 0.1 };
     let region = Where { sphere: Some(corner), ..Where::default() };
-    hollow.remove = vec![Remove { region, ..Remove::default() }];
+    hollow.remove = vec![Remove { r#where: region, ..Remove::default() }];
     let warnings = crate::decks::warnings(&hollow);
     let walls = "boundary[0].where: it acts on 3 faces in cavities";
     assert!(warnings.iter().any(|w| w.starts_with(walls)), "{warnings:?}");
@@ -359,7 +359,7 @@ fn invalid_boundaries_are_refused() {
     split.boundary.push(viscous(plane(2, 0.0)));
     split.fix = vec![fix(Where::default(), "y")];
     model(&split);
-    split.refine = vec![Refine { region: lower, factor: 2 }];
+    split.refine = vec![Refine { r#where: lower, factor: 2 }];
     refused(&split, &["boundary[0].where", "blocks are split"]);
     let endless = Boundary { velocity: Some([f64::NAN; 3]), ..viscous(plane(0, 0.0)) };
     refused(&with(endless), &["boundary[0].velocity", "finite"]);

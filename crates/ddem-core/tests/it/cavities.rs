@@ -11,12 +11,18 @@ pub(crate) fn ball(centre: [f64; 3], radius: f64) -> Where {
 
 pub(crate) fn gas(region: Where, pressure: f64) -> Charge {
     let history = Some(ChargeHistory::Gas(GasWord::Gas));
-    Charge { region, pressure: Some(pressure), gamma: Some(3.0), history, ..Charge::default() }
+    Charge {
+        r#where: region,
+        pressure: Some(pressure),
+        gamma: Some(3.0),
+        history,
+        ..Charge::default()
+    }
 }
 
 pub(crate) fn given(region: Where, pressure: f64, history: History) -> Charge {
     let history = Some(ChargeHistory::Given(history));
-    Charge { region, pressure: Some(pressure), history, ..Charge::default() }
+    Charge { r#where: region, pressure: Some(pressure), history, ..Charge::default() }
 }
 
 const ALL: [f64; 2] = [-100.0, 100.0];
@@ -34,7 +40,7 @@ pub(crate) fn hollow(axes: [[f64; 3]; 3], cells: &[[f64; 3]], thickness: f64) ->
         .map(|cell| {
             let place = |k: usize| directions[k] * (cell[k] + 0.5);
             let region = ball((place(0) + place(1) + place(2)).into(), 0.1);
-            Remove { region, ..Remove::default() }
+            Remove { r#where: region, ..Remove::default() }
         })
         .collect();
     deck

@@ -45,7 +45,7 @@ fn cavity_among_split_blocks_is_closed() {
     let mut deck = hollow(BOX, &[[1.75, 1.75, 1.75]], 0.1);
     let range = Some(Extent::Range([1.0, 3.0]));
     let region = Where { x: range, y: range, z: range, ..Where::default() };
-    deck.refine = vec![Refine { region, factor: 2 }];
+    deck.refine = vec![Refine { r#where: region, factor: 2 }];
     deck.charge = vec![gas(everywhere(), 2e8)];
     let model = model(&deck);
     assert_eq!(model.n_blocks(), 56 + 63);
@@ -123,7 +123,7 @@ fn charge_mass_gives_detonation_pressure() {
     let numbers = Detonation { density: 1000.0, detonation_velocity: 4000.0, gamma: 3.0 };
     let mut deck = hollow(BOX, &[[1.0; 3]], 0.1);
     let charge = |mass: f64| Charge {
-        region: ball([1.5; 3], 0.7),
+        r#where: ball([1.5; 3], 0.7),
         mass: Some(mass),
         explosive: Some(Explosive::Given(numbers)),
         ..Charge::default()
@@ -149,7 +149,8 @@ fn steps_are_stable_for_stiff_gas() {
     let bare = simulation(&deck).critical_step().unwrap_or_else(|error| panic!("{error}"));
     let explosive = Some(Explosive::Named("tnt".into()));
     let region = everywhere();
-    deck.charge = vec![Charge { mass: Some(0.02), explosive, region, ..Charge::default() }];
+    deck.charge =
+        vec![Charge { mass: Some(0.02), explosive, r#where: region, ..Charge::default() }];
     let mut simulation = simulation(&deck);
     let critical = simulation.critical_step().unwrap_or_else(|error| panic!("{error}"));
     assert!(critical < 0.1 * bare, "{critical} {bare}");
@@ -169,7 +170,7 @@ fn gas_without_cavity_opens_joints() {
         deck.charge = vec![Charge {
             mass: Some(2.0),
             explosive: Some(Explosive::Named("emulsion".into())),
-            region: everywhere(),
+            r#where: everywhere(),
             ..Charge::default()
         }];
         let mut simulation = simulation(&deck);

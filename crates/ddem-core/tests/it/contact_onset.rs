@@ -99,7 +99,7 @@ fn support_that_causes_penetration_is_named() {
     let mut deck = of(&mass_properties(1e6), &stacked(0.0, 0, true));
     let region = Where { set: Some("piece 1".into()), ..Where::default() };
     let velocity = Some([0.0, 0.0, -20.0]);
-    deck.fix.push(Fix { region, axes: "xyz".into(), velocity, ..Fix::default() });
+    deck.fix.push(Fix { r#where: region, axes: "xyz".into(), velocity, ..Fix::default() });
     let mut simulation = simulation(&deck);
     start(&mut simulation);
     let error = (0..100_000).find_map(|_| simulation.step().err());
@@ -144,7 +144,7 @@ fn frame(body: Body, divisions: u32) -> Deck {
         ..Where::default()
     };
     for region in [part([1.0, 3.0], [1.0, 1.015]), part([1.0, 2.0], [1.015, 2.015])] {
-        deck.remove.push(Remove { region, ..Remove::default() });
+        deck.remove.push(Remove { r#where: region, ..Remove::default() });
     }
     for region in [
         part([0.0, 1.999], [0.0, 3.015]),
@@ -243,7 +243,7 @@ fn contact_dashpots_follow_changes_of_support() {
         deck.stage = vec![relax_stage("a"), relax_stage("b")];
         let region = Where { set: Some("piece 0".into()), ..Where::default() };
         let until = Some("b".into());
-        deck.fix.push(Fix { region, axes: "xyz".into(), until, ..Fix::default() });
+        deck.fix.push(Fix { r#where: region, axes: "xyz".into(), until, ..Fix::default() });
         if !held {
             deck.fix.clear();
         }
@@ -324,7 +324,7 @@ fn relaxation_is_stable_after_sliding() {
         let top = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
         let push = Some([2400.0 * 9.81, 0.0, 0.0]);
         let until = Some("rest".into());
-        deck.load.push(Load { region: top, force: push, until, ..Load::default() });
+        deck.load.push(Load { r#where: top, force: push, until, ..Load::default() });
         let mut simulation = simulation(&deck);
         let started = simulation.start(Damping::Local(0.3), TimeStep::Auto, None);
         started.unwrap_or_else(|error| panic!("{error}"));

@@ -224,7 +224,7 @@ fn released_pairs_are_marked() {
         ..BlockSet::default()
     });
     let region = Where { z: Some(Extent::Plane(0.0)), ..Where::default() };
-    deck.fix.push(Fix { region, axes: "xyz".into(), ..Fix::default() });
+    deck.fix.push(Fix { r#where: region, axes: "xyz".into(), ..Fix::default() });
     let mut simulation = simulation(&deck);
     assert_eq!(pair_field(&mut simulation, "released"), [0.0; 4]);
     let started = simulation.start(Damping::Mass(1.0), TimeStep::Auto, Some(0.9));

@@ -66,7 +66,7 @@ pub(crate) fn plane(axis: usize, at: f64) -> Where {
 }
 
 pub(crate) fn fix(region: Where, axes: &str) -> Fix {
-    Fix { region, axes: axes.into(), ..Fix::default() }
+    Fix { r#where: region, axes: axes.into(), ..Fix::default() }
 }
 
 pub(crate) fn relax_stage(name: &str) -> Stage {

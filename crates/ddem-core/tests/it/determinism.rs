@@ -14,7 +14,7 @@ fn cases() -> [Deck; 2] {
         let centre = (units[0] + units[1] + units[2]) * 1.5;
         let sphere = Some(Sphere { centre: centre.into(), radius: 0.01 });
         let region = Where { sphere, ..Where::default() };
-        deck.remove.push(Remove { region, ..Remove::default() });
+        deck.remove.push(Remove { r#where: region, ..Remove::default() });
         deck.model.gravity = [1.0, 0.5, -9.81];
         deck.fix.push(fix(plane(2, 0.0), "xyz"));
         let force = Some([3e6, 1e6, -2e6]);

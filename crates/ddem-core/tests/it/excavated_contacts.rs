@@ -35,11 +35,11 @@ fn undermined() -> Deck {
     );
     deck.model.gravity = [0.0, 0.0, -9.81];
     deck.contact.damping = Some(0.1);
-    deck.refine.push(Refine { region: region([1.0, 2.0], [1.02, 2.02]), factor: 2 });
+    deck.refine.push(Refine { r#where: region([1.0, 2.0], [1.02, 2.02]), factor: 2 });
     deck.fix.push(fix(plane(2, 0.0), "xyz"));
     // Only the outer four parts move, so some joints beside the others hold.
     deck.initial.push(Initial {
-        region: region([1.5, 2.0], [1.5, 2.02]),
+        r#where: region([1.5, 2.0], [1.5, 2.02]),
         velocity: Some([0.3, 0.1, 0.0]),
         ..Initial::default()
     });
@@ -47,7 +47,7 @@ fn undermined() -> Deck {
         |name: &str| Stage { kind: StageKind::Dynamic, duration: Some(0.2), ..relax_stage(name) };
     deck.stage = vec![stage("before"), stage("dig")];
     let (region, from) = (region([0.0, 2.0], [1.0, 1.02]), Some("dig".to_owned()));
-    deck.remove.push(Remove { region, from, release: Some(0.01), ..Remove::default() });
+    deck.remove.push(Remove { r#where: region, from, release: Some(0.01), ..Remove::default() });
     deck
 }
 

@@ -27,7 +27,7 @@ fn column(release: Option<f64>, kind: StageKind) -> Deck {
     deck.stage = vec![relax_stage("before"), Stage { kind, duration, ..relax_stage("dig") }];
     let upper = Where { z: Some(Extent::Range([2.0, 4.0])), ..Where::default() };
     let from = Some("dig".to_owned());
-    deck.remove.push(Remove { region: upper, from, release, ..Remove::default() });
+    deck.remove.push(Remove { r#where: upper, from, release, ..Remove::default() });
     deck
 }
 
@@ -142,7 +142,7 @@ fn blocks_fall_after_blocks_below_are_removed() {
         deck.stage = vec![relax_stage("before"), dig];
         let middle = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
         let from = Some("dig".to_owned());
-        deck.remove.push(Remove { region: middle, from, ..Remove::default() });
+        deck.remove.push(Remove { r#where: middle, from, ..Remove::default() });
         let mut simulation = simulation(&deck);
         relax(&mut simulation, 1);
         simulation.enter(1).unwrap_or_else(|error| panic!("{error}"));
@@ -170,7 +170,7 @@ fn blocks_with_program_law_make_contact() {
     deck.stage = vec![dynamic("before"), dynamic("dig")];
     let middle = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
     let from = Some("dig".to_owned());
-    deck.remove.push(Remove { region: middle, from, ..Remove::default() });
+    deck.remove.push(Remove { r#where: middle, from, ..Remove::default() });
     let mut model = model(&deck);
     assert!(!model.can_meet());
     let law = MohrCoulomb { tan_friction: 0.5, ..MohrCoulomb::default() };
@@ -199,7 +199,7 @@ fn nonconforming_joints_are_removed_with_their_blocks() {
         deck.model.kinematics = Kinematics::Small;
         deck.joints.insert("seam".into(), springs.clone());
         let region = Where { z: Some(Extent::Range([1.0, 3.0])), ..Where::default() };
-        deck.refine.push(Refine { region, factor: 2 });
+        deck.refine.push(Refine { r#where: region, factor: 2 });
         deck
     };
     let begun = |deck: &Deck| {
@@ -252,16 +252,21 @@ fn invalid_excavations_are_refused() {
     assert!(until.contains("do not return"), "{until}");
     let first = faults(&|deck| deck.remove[0].from = Some("before".into()));
     assert!(first.contains("`before` is the first stage"), "{first}");
-    let nothing = faults(&|deck| deck.remove[0].region = plane(0, 55.0));
+    let nothing = faults(&|deck| deck.remove[0].r#where = plane(0, 55.0));
     assert!(nothing.contains("remove[0].where") && nothing.contains("no block"), "{nothing}");
-    let all = faults(&|deck| deck.remove[0].region = Where::default());
+    let all = faults(&|deck| deck.remove[0].r#where = Where::default());
     assert!(all.contains("all blocks are removed"), "{all}");
     let never = faults(&|deck| (deck.remove[0].from, deck.remove[0].release) = (None, Some(1.0)));
     assert!(never.contains("`release` needs `from`"), "{never}");
     let charged = |until: Option<String>| {
         let mut deck = column(None, StageKind::Dynamic);
         let region = plane(2, 2.0);
-        deck.charge.push(Charge { region, pressure: Some(1e5), until, ..Charge::default() });
+        deck.charge.push(Charge {
+            r#where: region,
+            pressure: Some(1e5),
+            until,
+            ..Charge::default()
+        });
         deck.build().err().map(|error| error.to_string()).unwrap_or_default()
     };
     let pushed = charged(None);
@@ -276,7 +281,7 @@ fn invalid_excavations_are_refused() {
 #[test]
 fn boundary_forces_end_on_removed_blocks() {
     let boundary = |axis: usize, at: f64, kind: BoundaryKind| Boundary {
-        region: plane(axis, at),
+        r#where: plane(axis, at),
         kind,
         velocity: None,
         history: None,
@@ -318,7 +323,7 @@ fn excavation_memory_grows_with_block_data_only() {
         for (z, stage) in digs.iter().zip(&deck.stage[1..]) {
             let region = Where { z: Some(Extent::Range(*z)), ..Where::default() };
             let from = Some(stage.name.clone());
-            deck.remove.push(Remove { region, from, ..removed.clone() });
+            deck.remove.push(Remove { r#where: region, from, ..removed.clone() });
         }
         let mut simulation = simulation(&deck);
         let before = simulation.bytes();
@@ -396,7 +401,7 @@ fn hundred_excavations_take_little_memory() {
             Where { x, y, z: Some(Extent::Range([9.2, 9.8])), ..Where::default() }
         };
         let remove = |stage: usize| Remove {
-            region: block(stage),
+            r#where: block(stage),
             from: Some(name(stage + 1)),
             ..Remove::default()
         };

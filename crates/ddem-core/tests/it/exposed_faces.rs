@@ -15,7 +15,7 @@ fn within(x: [f64; 2], z: [f64; 2]) -> Where {
 
 fn boundary(region: Where, kind: BoundaryKind, from: Option<&str>) -> Boundary {
     let from = from.map(str::to_owned);
-    Boundary { region, kind, velocity: None, history: None, from, until: None }
+    Boundary { r#where: region, kind, velocity: None, history: None, from, until: None }
 }
 
 /// Blocks of 1 m³ without supports, some of which are removed in the stage `dig`.
@@ -26,7 +26,7 @@ fn excavated(count: [u32; 3], removed: Option<Where>) -> Deck {
     }
     deck.stage = vec![dynamic("before"), dynamic("dig")];
     let from = Some("dig".to_owned());
-    deck.remove.extend(removed.map(|region| Remove { region, from, ..Remove::default() }));
+    deck.remove.extend(removed.map(|region| Remove { r#where: region, from, ..Remove::default() }));
     deck
 }
 
@@ -81,7 +81,7 @@ fn part_of_face_beside_hole_has_one_boundary() {
     deck.boundary.push(boundary(part(0.3, 1.0), BoundaryKind::Viscous, None));
     deck.boundary.push(boundary(part(0.0, 0.3), BoundaryKind::Viscous, Some("dig")));
     model(&deck);
-    deck.boundary[1].region = part(0.0, 0.4);
+    deck.boundary[1].r#where = part(0.0, 0.4);
     refused(&deck, &["boundary[1].where", "that boundary 0 has"]);
 }
 
@@ -192,13 +192,13 @@ fn loads_find_faces_completed_by_removal() {
         Joint { normal_stiffness: Some(1e9), shear_stiffness: Some(1e9), ..Joint::default() },
     );
     let region = Where { set: Some("small".into()), ..Where::default() };
-    deck.remove.push(Remove { region, from: Some("dig".into()), ..Remove::default() });
-    let load = Load { region: plane(2, 1.5), pressure: Some(1.0), ..Load::default() };
+    deck.remove.push(Remove { r#where: region, from: Some("dig".into()), ..Remove::default() });
+    let load = Load { r#where: plane(2, 1.5), pressure: Some(1.0), ..Load::default() };
     let until = Some("dig".to_owned());
     deck.load.push(Load { until, ..load.clone() });
     let message = |deck: &Deck| crate::decks::warnings(deck).join("\n");
     assert_eq!(message(&deck), "");
-    deck.load[0] = Load { region: Where::default(), ..load };
+    deck.load[0] = Load { r#where: Where::default(), ..load };
     assert!(message(&deck).contains("load[0].where: 1 face is left out"), "{}", message(&deck));
     deck.load[0].from = Some("dig".into());
     assert_eq!(message(&deck), "");

@@ -15,7 +15,7 @@ fn layered(body: Body, with: impl Fn(Joint) -> Joint) -> Deck {
     deck.blocks[0].body = body;
     deck.joints.insert("weak".into(), with(deck.joints["seam"].clone()));
     deck.assign.push(Assign {
-        region: Where { z: Some(Extent::Plane(1.0)), ..Where::default() },
+        r#where: Where { z: Some(Extent::Plane(1.0)), ..Where::default() },
         joint: Some("weak".into()),
         ..Assign::default()
     });

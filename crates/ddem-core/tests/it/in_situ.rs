@@ -44,7 +44,7 @@ pub(crate) fn loaded(kind: usize, axes: [[f64; 3]; 3], stress: [f64; 6]) -> Deck
             for (at, sign) in [(0.0, -1.0), (far, 1.0)] {
                 let normal = Vec3::ith(axis, sign);
                 let traction = Some((matrix(stress) * normal).into());
-                deck.load.push(Load { region: plane(axis, at), traction, ..Load::default() });
+                deck.load.push(Load { r#where: plane(axis, at), traction, ..Load::default() });
             }
         }
     }
@@ -68,8 +68,8 @@ fn balanced_stress_stays() {
         let mut deck = loaded(kind, BOX, stress);
         if kind == 1 {
             for load in std::mem::take(&mut deck.load) {
-                let axis = [load.region.x, load.region.y].iter().position(Option::is_some);
-                deck.fix.push(fix(load.region, ["x", "y", "z"][axis.unwrap_or(2)]));
+                let axis = [load.r#where.x, load.r#where.y].iter().position(Option::is_some);
+                deck.fix.push(fix(load.r#where, ["x", "y", "z"][axis.unwrap_or(2)]));
             }
         }
         deck.model.kinematics = kinematics;
@@ -116,7 +116,7 @@ fn uniform_stress_crosses_nonconforming_faces() {
         });
         let corner = Some(Extent::Range([0.0, 1.0]));
         let region = Where { x: corner, z: corner, ..Where::default() };
-        deck.refine.push(Refine { region, factor: 2 });
+        deck.refine.push(Refine { r#where: region, factor: 2 });
         deck.model.kinematics = kinematics;
         let mut simulation = simulation(&deck);
         assert!(simulation.model().n_pairs() > 400);
@@ -247,7 +247,7 @@ fn overburden_stays() {
         let surface = slope.map(|s| -8.0 * s);
         deck.initial.push(in_place(surface, Some(Gradient { z, ..Gradient::default() })));
         deck.load.push(Load {
-            region: plane(2, 4.0),
+            r#where: plane(2, 4.0),
             pressure: Some(4.0 * weight),
             ..Load::default()
         });
@@ -320,11 +320,11 @@ fn invalid_initial_stress_is_refused() {
         let error = deck.build().err().unwrap_or_else(|| panic!("nothing is wrong"));
         error.to_string()
     };
-    let nowhere = faults(&|deck| deck.initial[0].region = plane(0, 77.0));
+    let nowhere = faults(&|deck| deck.initial[0].r#where = plane(0, 77.0));
     assert!(nowhere.contains("initial[0].where") && nowhere.contains("no block"), "{nowhere}");
     let rigid = faults(&|deck| {
         deck.blocks[0].body = Body::Rigid;
-        deck.initial[0].region = Where::default();
+        deck.initial[0].r#where = Where::default();
     });
     assert!(rigid.contains("is rigid: it has no stress"), "{rigid}");
     let alone = faults(&|deck| {

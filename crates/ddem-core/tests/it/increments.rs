@@ -38,10 +38,10 @@ fn pushed(body: Body, sets: bool) -> Deck {
     deck.model.gravity = [0.0, 0.0, -9.81];
     let push = Some([2e-4, 0.0, 0.0]);
     deck.fix.push(Fix { displacement: push, from: Some("push".into()), ..fix(plane(2, 1.0), "x") });
-    deck.load.push(Load { region: plane(2, 1.0), pressure: Some(1e6), ..Load::default() });
+    deck.load.push(Load { r#where: plane(2, 1.0), pressure: Some(1e6), ..Load::default() });
     deck.stage = vec![relax_stage("rest"), relax_stage("push")];
     deck.assign.push(Assign {
-        region: plane(2, level),
+        r#where: plane(2, level),
         joint: Some("wet".into()),
         from: Some("push".into()),
         ..Assign::default()

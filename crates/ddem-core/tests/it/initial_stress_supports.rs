@@ -51,7 +51,7 @@ fn rigid_bed_carries_initial_stress() {
     let rock = Where { z: Some(Extent::Range([0.0, 0.9])), ..Where::default() };
     let stress = [0.0, 0.0, -weight * 0.9, 0.0, 0.0, 0.0];
     let gradient = Some(Gradient { z: Some(slope), ..Gradient::default() });
-    deck.initial = vec![Initial { region: rock, ..in_place(stress, gradient) }];
+    deck.initial = vec![Initial { r#where: rock, ..in_place(stress, gradient) }];
     let region = Where { set: Some("bed".into()), ..Where::default() };
     deck.fix = vec![fix(region, "xyz")];
     let warnings = crate::decks::warnings(&deck);
@@ -128,7 +128,7 @@ fn uniform_stress_crosses_rotated_nonconforming_faces() {
             ..deck.blocks[0].clone()
         });
         deck.initial.push(in_place(stress, None));
-        deck.load.push(Load { region: plane(2, 2.0), pressure: Some(9e6), ..Load::default() });
+        deck.load.push(Load { r#where: plane(2, 2.0), pressure: Some(9e6), ..Load::default() });
         let mut simulation = simulation(&deck);
         let forces = simulation.forces();
         let (lower, mut seen) = (17_usize.pow(3), 0);

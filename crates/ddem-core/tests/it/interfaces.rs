@@ -95,7 +95,7 @@ fn joint_of_later_set_or_assignment_applies_between_sets() {
     deck.joints.insert("wide".into(), wide);
     assert_eq!(messages(&deck), [""; 0]);
     let assigned =
-        Assign { region: plane(2, 1.0), joint: Some("wide".into()), ..Assign::default() };
+        Assign { r#where: plane(2, 1.0), joint: Some("wide".into()), ..Assign::default() };
     let mut by_place = deck.clone();
     by_place.assign.push(assigned);
     let joined = "sets `bed` and `block` are joined by joint `wide` over 4 faces";
@@ -125,7 +125,7 @@ fn set_replacing_removed_blocks_touches_neighbours() {
     deck.blocks[0].name = Some("frame".into());
     let y = Some(Extent::Range([1.0, 2.0]));
     let middle = Where { y, set: Some("frame".into()), ..range(0, 1.0, 2.0) };
-    deck.remove.push(Remove { region: middle, ..Remove::default() });
+    deck.remove.push(Remove { r#where: middle, ..Remove::default() });
     deck.blocks.push(BlockSet {
         name: Some("plug".into()),
         origin: [1.0, 1.0, 0.0],

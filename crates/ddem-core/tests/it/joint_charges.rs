@@ -29,11 +29,11 @@ fn invalid_charges_are_refused() {
     refused(&with(Charge { gamma: Some(0.9), ..good.clone() }), &["charge[0].gamma", "above 1"]);
     refused(&with(Charge { gamma: None, ..good.clone() }), &["charge[0].history", "needs `gamma`"]);
     refused(&with(Charge { delay: Some(-1.0), ..good.clone() }), &["charge[0].delay", "0 or more"]);
-    let everywhere = Charge { region: Where::default(), ..good.clone() };
+    let everywhere = Charge { r#where: Where::default(), ..good.clone() };
     refused(&with(everywhere), &["charge[0].where", "names no part"]);
-    let away = Charge { region: ball([9.0; 3], 0.5), ..good.clone() };
+    let away = Charge { r#where: ball([9.0; 3], 0.5), ..good.clone() };
     refused(&with(away), &["charge[0].where", "selects nothing", "nearest is a joint"]);
-    let beside = Charge { region: ball([1.5; 3], 0.2), ..good.clone() };
+    let beside = Charge { r#where: ball([1.5; 3], 0.2), ..good.clone() };
     refused(&with(beside), &["nearest is a wall of a cavity"]);
     let mut timed = with(Charge { delay: Some(1.0), ..good.clone() });
     timed.stage =
@@ -81,7 +81,7 @@ fn explosive_in_closed_joint_starts_at_detonation_pressure() {
     deck.joints.insert("seam".into(), springs);
     deck.fix = vec![fix(plane(2, 0.0), "xyz")];
     let traction = Some([0.0, 0.0, -5e5]);
-    deck.load = vec![Load { region: plane(2, 2.0), traction, ..Load::default() }];
+    deck.load = vec![Load { r#where: plane(2, 2.0), traction, ..Load::default() }];
     let dynamic =
         |name: &str| Stage { kind: StageKind::Dynamic, duration: Some(1e-3), ..relax_stage(name) };
     deck.stage = vec![relax_stage("weight"), dynamic("blast")];
@@ -89,7 +89,7 @@ fn explosive_in_closed_joint_starts_at_detonation_pressure() {
     deck.charge = vec![Charge {
         mass: Some(0.16),
         explosive: Some(Explosive::Named("tnt".into())),
-        region: plane(2, 1.0),
+        r#where: plane(2, 1.0),
         from: Some("blast".into()),
         ..Charge::default()
     }];
@@ -174,7 +174,7 @@ fn squeezed_cavity_work_is_bounded_by_explosive_energy() {
     let (peak, own) = (1000.0 * 16e6 / 8.0, 0.3);
     let hole = || ball([1.5; 3], 0.7);
     let explosive = Charge {
-        region: hole(),
+        r#where: hole(),
         mass: Some(1000.0 * own),
         explosive: Some(Explosive::Given(numbers)),
         ..Charge::default()

@@ -135,7 +135,7 @@ fn driven(joint: Joint, velocity: [f64; 3], load: f64) -> Simulation {
         ..fix(plane(2, 2.0), if load == 0.0 { "xyz" } else { "xy" })
     });
     if load != 0.0 {
-        deck.load.push(Load { region: plane(2, 2.0), pressure: Some(load), ..Load::default() });
+        deck.load.push(Load { r#where: plane(2, 2.0), pressure: Some(load), ..Load::default() });
     }
     simulation(&deck)
 }
@@ -226,13 +226,13 @@ fn joints_of_one_pack_fail_at_their_own_strengths() {
     for (column, name) in names.into_iter().enumerate() {
         let x = Some(Extent::Range([column as f64, column as f64 + 1.0]));
         let region = Where { x, z: Some(Extent::Plane(1.0)), ..Where::default() };
-        deck.assign.push(Assign { region, joint: Some(name.into()), ..Assign::default() });
+        deck.assign.push(Assign { r#where: region, joint: Some(name.into()), ..Assign::default() });
     }
     for column in 1..4 {
         let x = Some(Extent::Plane(f64::from(column)));
         let region = Where { x, ..Where::default() };
         let joint = Some("loose".into());
-        deck.assign.push(Assign { region, joint, ..Assign::default() });
+        deck.assign.push(Assign { r#where: region, joint, ..Assign::default() });
     }
     deck.fix.push(fix(plane(2, 0.0), "xyz"));
     deck.fix.push(Fix { velocity: Some([0.0, 0.0, 1e-3]), ..fix(plane(2, 2.0), "xyz") });

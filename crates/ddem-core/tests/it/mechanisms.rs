@@ -93,7 +93,7 @@ fn disconnected_part_is_named() {
         deck.blocks[0].size = Some([6.0, 1.0, 2.0]);
         deck.blocks[0].count = Some([3, 1, 1]);
         let middle = Where { x: Some(Extent::Range([2.5, 3.5])), ..Where::default() };
-        deck.remove.push(Remove { region: middle, ..Remove::default() });
+        deck.remove.push(Remove { r#where: middle, ..Remove::default() });
         deck.fix.push(fix(plane(0, 0.0), "xyz"));
     });
     let message = message.expect("the far block is free");

@@ -131,7 +131,7 @@ fn laws_and_histories_of_programs() {
     .into();
     let mut deck = pile();
     deck.load = vec![ddem_deck::Load {
-        region: plane(2, 2.0),
+        r#where: plane(2, 2.0),
         pressure: Some(1e5),
         ..ddem_deck::Load::default()
     }];

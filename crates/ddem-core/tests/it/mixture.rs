@@ -56,7 +56,7 @@ pub(crate) fn mixture(kinematics: Kinematics) -> Deck {
         let x = Some(Extent::Range([1.0, 2.0]));
         let z = Some(Extent::Range([1.0, 2.0]));
         let region = Where { set: Some(set.into()), x, z, ..Where::default() };
-        deck.refine.push(Refine { region, factor: 2 });
+        deck.refine.push(Refine { r#where: region, factor: 2 });
     }
     let mut random = Random::new(5);
     for i in 0..5 {

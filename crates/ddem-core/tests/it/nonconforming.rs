@@ -20,7 +20,7 @@ fn halves() -> Deck {
     };
     deck.joints.insert("weak".into(), weak);
     deck.assign.push(Assign {
-        region: plane(2, 1.0),
+        r#where: plane(2, 1.0),
         joint: Some("weak".into()),
         ..Assign::default()
     });
@@ -36,7 +36,7 @@ fn nonconforming_joint_fails_at_tensile_strength() {
         // Lateral supports make the stress uniform.
         deck.fix = vec![fix(plane(2, 0.0), "xyz"), fix(Where::default(), "xy")];
         let pull = Some([0.0, 0.0, traction]);
-        deck.load.push(Load { region: plane(2, 2.0), traction: pull, ..Load::default() });
+        deck.load.push(Load { r#where: plane(2, 2.0), traction: pull, ..Load::default() });
         deck.stage = vec![relax_stage("pull")];
         let mut simulation = simulation(&deck);
         simulation.start_relaxation(1).unwrap_or_else(|error| panic!("{error}"));
@@ -58,7 +58,7 @@ fn nonconforming_joint_slides_with_friction() {
     let mut deck = halves();
     deck.model.gravity = [0.0, 0.0, -10.0];
     let region = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
-    deck.load.push(Load { region, force: Some([5e5, 0.0, 0.0]), ..Load::default() });
+    deck.load.push(Load { r#where: region, force: Some([5e5, 0.0, 0.0]), ..Load::default() });
     let mut simulation = simulation(&deck);
     let started = simulation.start(Damping::None, TimeStep::Auto, Some(0.05));
     started.unwrap_or_else(|error| panic!("{error}"));
@@ -86,7 +86,7 @@ fn joints_keep_pairs_without_contact_search() {
             deck.joints.values_mut().for_each(|joint| joint.cohesion = Some(1e3));
         }
         let region = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
-        deck.load.push(Load { region, force: Some([1e6, 0.0, 0.0]), ..Load::default() });
+        deck.load.push(Load { r#where: region, force: Some([1e6, 0.0, 0.0]), ..Load::default() });
         let mut simulation = simulation(&deck);
         let started = simulation.start(Damping::None, TimeStep::Auto, None);
         started.unwrap_or_else(|error| panic!("{error}"));
@@ -149,7 +149,7 @@ fn nonconforming_joints_resume_with_same_bits() {
 fn check_resume(mut deck: Deck) {
     deck.model.gravity = [0.0, 0.0, -10.0];
     let region = Where { z: Some(Extent::Range([1.0, 2.0])), ..Where::default() };
-    deck.load.push(Load { region, force: Some([2e6, 0.0, 3e5]), ..Load::default() });
+    deck.load.push(Load { r#where: region, force: Some([2e6, 0.0, 3e5]), ..Load::default() });
     let start = || {
         let mut simulation = simulation(&deck);
         let started = simulation.start(Damping::None, TimeStep::Auto, Some(0.05));

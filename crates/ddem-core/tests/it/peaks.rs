@@ -23,7 +23,7 @@ fn bar(pressure: f64, joint: f64) -> Deck {
     let row = |k| [1.6e-3 * part(k), (std::f64::consts::PI * part(k)).sin().powi(2)];
     let history = History::Table((0..=64).map(row).collect());
     deck.load.push(Load {
-        region: plane(0, 0.0),
+        r#where: plane(0, 0.0),
         pressure: Some(pressure),
         history: Some(history),
         ..Load::default()
@@ -95,7 +95,7 @@ fn thrown_block_peaks_at_start_and_resting_block_has_none() {
 fn relaxation_records_peaks_at_equilibrium_only() {
     let mut deck = bar(0.0, 0.01);
     deck.load[0] =
-        Load { region: plane(0, 10.0), traction: Some([2e5, 0.0, 0.0]), ..Load::default() };
+        Load { r#where: plane(0, 10.0), traction: Some([2e5, 0.0, 0.0]), ..Load::default() };
     deck.fix.push(fix(plane(0, 0.0), "x"));
     let mut simulation = simulation(&deck);
     simulation.relax(1e-9, 100_000).unwrap_or_else(|error| panic!("{error}"));
@@ -131,7 +131,11 @@ fn peak_bits_are_independent_of_resume_and_threads() {
         sphere: Some(Sphere { centre: [1.5, 0.2, 0.2], radius: 0.6 }),
         ..Where::default()
     };
-    deck.initial.push(Initial { region, velocity: Some([0.3, 0.0, 0.0]), ..Initial::default() });
+    deck.initial.push(Initial {
+        r#where: region,
+        velocity: Some([0.3, 0.0, 0.0]),
+        ..Initial::default()
+    });
     let whole = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let pool = pool.unwrap_or_else(|error| panic!("{error}"));

@@ -17,7 +17,7 @@ fn pillar(history: Option<History>) -> Deck {
     deck.model.gravity = [0.0, 0.0, -9.81];
     deck.fix = vec![fix(plane(2, 0.0), "xyz")];
     let push = Some([2e5, 0.0, 0.0]);
-    deck.load = vec![Load { region: plane(2, 3.0), traction: push, history, ..Load::default() }];
+    deck.load = vec![Load { r#where: plane(2, 3.0), traction: push, history, ..Load::default() }];
     deck
 }
 
@@ -407,7 +407,7 @@ fn factor_of_safety_uses_program_laws_and_histories() {
         let mut deck = deck.clone();
         deck.model.gravity = [0.0, 0.0, -9.81];
         let traction = Some([traction, 0.0, 0.0]);
-        deck.load = vec![Load { region: plane(2, 1.0), traction, ..Load::default() }];
+        deck.load = vec![Load { r#where: plane(2, 1.0), traction, ..Load::default() }];
         safety(&deck, function)
     };
     let half: Arc<Function> = Arc::new(|_| Ok(0.5));

@@ -86,7 +86,13 @@ fn random_deck(seed: u64) -> Deck {
         let spin = Some((random.vector() * 4.0).into());
         let region = Where { set: Some("set 0".into()), ..Where::default() };
         let centre = Some([0.5; 3]);
-        deck.initial.push(Initial { region, velocity, spin, centre, ..Initial::default() });
+        deck.initial.push(Initial {
+            r#where: region,
+            velocity,
+            spin,
+            centre,
+            ..Initial::default()
+        });
     }
     deck
 }

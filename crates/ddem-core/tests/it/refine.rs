@@ -16,7 +16,7 @@ pub(crate) fn range(axis: usize, from: f64, to: f64) -> Where {
 }
 
 pub(crate) fn refine(region: Where, factor: u32) -> Refine {
-    Refine { region, factor }
+    Refine { r#where: region, factor }
 }
 
 /// 2 × 2 × 3 blocks of 1 m whose joints are as stiff as rock over a tenth of a metre. The lower two
@@ -55,7 +55,7 @@ fn uniform_stress_crosses_split_blocks() {
         deck.model.kinematics = kinematics;
         deck.fix = (0..3).map(|axis| fix(plane(axis, 0.0), ["x", "y", "z"][axis])).collect();
         let traction = Some([0.0, 0.0, -1e6]);
-        deck.load.push(Load { region: plane(2, 3.0), traction, ..Load::default() });
+        deck.load.push(Load { r#where: plane(2, 3.0), traction, ..Load::default() });
         deck.stage = vec![relax_stage("load")];
         let mut simulation = relaxed(&deck);
         assert_eq!(simulation.model().n_blocks(), 4 + 32 + 864);
@@ -90,7 +90,7 @@ fn touching_sets_with_different_divisions_are_joined() {
     });
     deck.fix = (0..3).map(|axis| fix(plane(axis, 0.0), ["x", "y", "z"][axis])).collect();
     let traction = Some([0.0, 0.0, 1e6]);
-    deck.load.push(Load { region: plane(2, 2.0), traction, ..Load::default() });
+    deck.load.push(Load { r#where: plane(2, 2.0), traction, ..Load::default() });
     deck.stage = vec![relax_stage("load")];
     let simulation = relaxed(&deck);
     for stress in simulation.stresses() {
@@ -107,7 +107,7 @@ fn touching_sets_with_different_divisions_are_joined() {
     assert!(loose.iter().any(|fault| fault.message.contains("rigid body")), "{loose:?}");
     // An assigned joint connects the set.
     deck.assign.push(Assign {
-        region: plane(2, 1.0),
+        r#where: plane(2, 1.0),
         joint: Some("seam".into()),
         ..Assign::default()
     });
@@ -180,7 +180,7 @@ fn invalid_refinements_are_refused() {
         let line = |fault: &Fault| format!("{}: {}, {}\n", fault.place, fault.message, help(fault));
         faults.iter().map(line).collect()
     };
-    let nowhere = message(&|deck| deck.refine[0].region = range(2, 7.0, 9.0));
+    let nowhere = message(&|deck| deck.refine[0].r#where = range(2, 7.0, 9.0));
     assert!(nowhere.starts_with("refine[0].where: selects nothing"), "{nowhere}");
     assert!(nowhere.contains("centroid: that of the nearest is at [0.5, 0.5, 2.5]"), "{nowhere}");
     let one = message(&|deck| deck.refine[0].factor = 1);
@@ -218,7 +218,7 @@ fn charge_warns_of_joints_without_gas() {
     deck.refine = vec![refine(range(1, 1.0, 2.0), 2)];
     let warned = |deck: &mut Deck, from: f64| {
         let region = range(1, from, 2.5);
-        deck.charge = vec![Charge { region, pressure: Some(1e6), ..Charge::default() }];
+        deck.charge = vec![Charge { r#where: region, pressure: Some(1e6), ..Charge::default() }];
         let warnings = crate::decks::warnings(deck);
         warnings.iter().any(|text| text.contains("the gas does not push 16 joints between faces"))
     };
@@ -243,7 +243,7 @@ fn assignment_inside_set_leaves_interface_joint() {
     let weak = Joint { tension: Some(1.0), ..deck.joints["seam"].clone() };
     deck.joints.insert("weak".into(), weak);
     let assign =
-        |z: f64| Assign { region: plane(2, z), joint: Some("weak".into()), ..Assign::default() };
+        |z: f64| Assign { r#where: plane(2, z), joint: Some("weak".into()), ..Assign::default() };
     let numbers = |deck: &Deck| {
         let model = model(deck);
         let level = |z: f64| {
@@ -276,7 +276,7 @@ fn touching_sets_have_no_layer_and_load_whole_faces_only() {
     });
     let density = deck.materials["rock"].density;
     deck.materials.insert("clay".into(), Material { density, ..deck.materials["clay"] });
-    deck.load.push(Load { region: plane(2, 1.0), pressure: Some(1e5), ..Load::default() });
+    deck.load.push(Load { r#where: plane(2, 1.0), pressure: Some(1e5), ..Load::default() });
     let model = model(&deck);
     let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
     assert!((mass / (density * 17.0) - 1.0).abs() < 1e-12, "{mass}");

@@ -216,7 +216,7 @@ fn dry() -> Deck {
     top.x = None;
     top.z = Some(Extent::Range([2.0, 3.0]));
     deck.load.push(Load {
-        region: top,
+        r#where: top,
         force: Some([6e4, 1e3, 0.0]),
         history: Some(History::Ramp(2e-2)),
         ..Load::default()

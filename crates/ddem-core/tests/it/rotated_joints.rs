@@ -63,7 +63,7 @@ impl Hinge {
         deck.joints.insert("seam".into(), weak);
         if self.split {
             let z = Some(Extent::Range([0.0, 1.0]));
-            deck.refine = vec![Refine { region: Where { z, ..Where::default() }, factor: 2 }];
+            deck.refine = vec![Refine { r#where: Where { z, ..Where::default() }, factor: 2 }];
         }
         let lower = Where { z: Some(Extent::Range([0.0, 0.99])), ..Where::default() };
         deck.fix = vec![fix(lower, "xyz")];
@@ -81,7 +81,7 @@ impl Hinge {
             let until = self.free().then(|| "rest".to_owned());
             let history = Some(History::Ramp(0.002));
             if part > 0.0 {
-                deck.load.push(Load { region: edge, force, history, until, ..Load::default() });
+                deck.load.push(Load { r#where: edge, force, history, until, ..Load::default() });
             }
         }
         deck.stage = vec![relax_stage("press"), relax_stage("rest")];

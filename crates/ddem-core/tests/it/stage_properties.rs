@@ -39,14 +39,14 @@ fn slab(sets: bool, body: Body) -> Deck {
     if body == Body::Deformable {
         // The selection excludes the slab's lower nodes.
         let [low, high] = bed;
-        deck.fix[0].region.z = Some(Extent::Range([low, high - 0.1]));
+        deck.fix[0].r#where.z = Some(Extent::Range([low, high - 0.1]));
     }
     let angle = 20.0_f64.to_radians();
     deck.model.gravity = [G * angle.sin(), 0.0, -G * angle.cos()];
     deck.stage = vec![relax_stage("rest"), dynamic("slide"), dynamic("brake")];
     let (from, until) = (Some("slide".to_owned()), Some("brake".to_owned()));
     let joint = Some("wet".to_owned());
-    deck.assign.push(Assign { region: plane(2, level), joint, from, until, ..Assign::default() });
+    deck.assign.push(Assign { r#where: plane(2, level), joint, from, until, ..Assign::default() });
     deck
 }
 
@@ -230,14 +230,14 @@ fn release_fades_only_forces_of_excavated_blocks() {
         "seam".into(),
         Joint { thickness: 0.01, material: Some("rock".into()), ..Joint::default() },
     );
-    deck.assign[0].region.x = Some(Extent::Range([0.0, 1.0]));
+    deck.assign[0].r#where.x = Some(Extent::Range([0.0, 1.0]));
     let upper = Where {
         x: Some(Extent::Range([5.0, 6.0])),
         z: Some(Extent::Range([1.0, 2.0])),
         ..Where::default()
     };
     let (from, release) = (Some("wet".to_owned()), Some(1e9));
-    deck.remove.push(Remove { region: upper, from, release, ..Remove::default() });
+    deck.remove.push(Remove { r#where: upper, from, release, ..Remove::default() });
     deck.stage[1] = dynamic("wet");
     let mut simulation = simulation(&deck);
     relax(&mut simulation);
@@ -296,7 +296,7 @@ fn moving_blocks_keep_velocity_when_mass_changes() {
 fn contacts_never_become_joints() {
     let mut deck = slab(true, Body::Rigid);
     deck.blocks[0].joint = None;
-    deck.assign[0].region = Where::default();
+    deck.assign[0].r#where = Where::default();
     let mut simulation = simulation(&deck);
     assert_eq!(simulation.model().n_pairs(), 4 * 4);
     relax(&mut simulation);
@@ -316,7 +316,7 @@ fn invalid_assignments_are_refused() {
     let words = ["assign[0].joint", "`wet`", "`seam`", "stage `slide`", "only strengths"];
     refused(&wet(stiffer), &words);
     refused(&wet(Joint { thickness: 0.001, ..dry(10.0) }), &words);
-    let nowhere = change(&|deck| deck.assign[0].region = plane(2, 7.0));
+    let nowhere = change(&|deck| deck.assign[0].r#where = plane(2, 7.0));
     refused(&nowhere, &["assign[0].where", "no joint"]);
     let never = change(&|deck| deck.assign[0].until = Some("slide".into()));
     refused(&never, &["assign[0].until", "never in force"]);

@@ -17,7 +17,7 @@ fn dynamic(name: &str) -> Stage {
 }
 
 fn remove(region: Where, from: &str, release: Option<f64>) -> Remove {
-    Remove { region, from: Some(from.into()), release, ..Remove::default() }
+    Remove { r#where: region, from: Some(from.into()), release, ..Remove::default() }
 }
 
 /// Column of four blocks under stress with these stages, fixed all around.
@@ -62,7 +62,7 @@ fn handed_over(release: Option<f64>) -> Simulation {
     let mut deck = column(vec![relax_stage("before"), relax_stage("dig")]);
     for at in [0.0, 1.0] {
         deck.boundary.push(Boundary {
-            region: plane(0, at),
+            r#where: plane(0, at),
             kind: BoundaryKind::Viscous,
             velocity: None,
             history: None,
@@ -242,7 +242,7 @@ fn unstable_step_after_excavation_is_refused_or_shortened() {
     deck.materials.insert("clay".into(), Material { density: 1e6, young: 3e3, poisson: 0.3 });
     for z in [[0.0, 1.0], [2.0, 3.0]] {
         let (region, material) = (layer(z[0], z[1]), Some("soft".to_owned()));
-        deck.assign.push(Assign { region: region.clone(), material, ..Assign::default() });
+        deck.assign.push(Assign { r#where: region.clone(), material, ..Assign::default() });
         deck.remove.push(remove(region, "dig", None));
     }
     deck.stage = vec![dynamic("before"), dynamic("dig")];

@@ -55,7 +55,7 @@ fn thrown(seed: u64, divisions: u32) -> Deck {
     deck.model.gravity = random.vector().scale(10.0).into();
     let region = Where { set: Some("piece 0".into()), ..Where::default() };
     let velocity = Some(random.vector().into());
-    deck.fix.push(Fix { region, axes: "xyz".into(), velocity, ..Fix::default() });
+    deck.fix.push(Fix { r#where: region, axes: "xyz".into(), velocity, ..Fix::default() });
     deck
 }
 

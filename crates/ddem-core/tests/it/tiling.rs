@@ -88,7 +88,7 @@ impl RandomLattice {
             let middle = |d: usize| (self.cuts[d][cell[d]] + self.cuts[d][cell[d] + 1]) / 2.0;
             let centre = (0..3).map(|d| units[d] * middle(d)).sum::<Vec3>();
             let sphere = Some(Sphere { centre: centre.into(), radius: 1e-3 });
-            Remove { region: Where { sphere, ..Where::default() }, ..Remove::default() }
+            Remove { r#where: Where { sphere, ..Where::default() }, ..Remove::default() }
         });
         let [x, y, z] = self.cuts.clone();
         Deck {

@@ -55,10 +55,10 @@ pub(crate) fn add(deck: &mut Deck, piece: &Piece) {
         ..BlockSet::default()
     });
     if held {
-        deck.fix.push(Fix { region, axes: "xyz".into(), ..Fix::default() });
+        deck.fix.push(Fix { r#where: region, axes: "xyz".into(), ..Fix::default() });
     } else if velocity != Vec3::zeros() || spin != Vec3::zeros() {
         deck.initial.push(Initial {
-            region,
+            r#where: region,
             velocity: Some(velocity.into()),
             spin: Some(spin.into()),
             centre: Some(centre.into()),

@@ -10,7 +10,7 @@ use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::at_stage;
 use super::faces::{in_cavities, twice, with_areas};
-use super::geometry::{Region, no_face, nothing};
+use super::geometry::{Selector, no_face, nothing};
 use crate::lint::{Code, Diagnostic};
 use crate::schema::{Boundary, BoundaryKind, Deck, Stage, StageKind, Where};
 
@@ -163,12 +163,16 @@ fn boundary(
 ) -> Result<ModelBoundary, Fault> {
     let Problem { stages, properties, sets, .. } = problem;
     let (geometry, start) = (at_stage(deck, stages, entry.from.as_ref()), &**stages.at(0));
-    let region = Region::new(&entry.region, sets);
+    let selector = Selector::new(&entry.r#where, sets);
     let place = format!("boundary[{index}]");
-    let surfaces = surfaces(&region, geometry, &place)?;
+    let surfaces = surfaces(&selector, geometry, &place)?;
     let mut boundary = ModelBoundary {
         dashpots: Vec::new(),
-        faces: with_areas((&region, &Region::new(&Where::default(), sets)), geometry, &surfaces),
+        faces: with_areas(
+            (&selector, &Selector::new(&Where::default(), sets)),
+            geometry,
+            &surfaces,
+        ),
         under: BTreeSet::new(),
         wave: entry.velocity.map(Vec3::from),
         history: TimeFunction::new(entry.history.as_ref()),
@@ -179,7 +183,7 @@ fn boundary(
     if entry.kind == BoundaryKind::FreeField {
         let mut ground = ColumnBuilder::new(geometry, start, properties, first);
         for surface in &surfaces {
-            let lengths = region.tributary_lengths(geometry, surface);
+            let lengths = selector.tributary_lengths(geometry, surface);
             ground.add_columns(surface, lengths).map_err(|why| no_column(why, &place))?;
         }
         (boundary.columns, boundary.sides) = ground.done();
@@ -188,25 +192,29 @@ fn boundary(
         return Ok(boundary);
     }
     // Columns continue below removed blocks, so the faces at the start count, too.
-    for (ground, surfaces) in [(geometry, &surfaces), (start, &region.surfaces(start))] {
+    for (ground, surfaces) in [(geometry, &surfaces), (start, &selector.surfaces(start))] {
         let below = surfaces.iter().filter(|face| face.outward(ground).z < 1e-9 - 1.0);
-        let areas = below.flat_map(|face| region.areas(ground, face));
+        let areas = below.flat_map(|face| selector.areas(ground, face));
         boundary.under.extend(areas.map(|(node, _)| node));
     }
     for surface in &surfaces {
         let impedance = impedance(geometry, properties, surface);
-        let areas = region.areas(geometry, surface).into_iter();
+        let areas = selector.areas(geometry, surface).into_iter();
         boundary.dashpots.extend(areas.map(|(node, area)| (node, impedance * area)));
     }
     Ok(boundary)
 }
 
 /// Outer faces of deformable blocks that a boundary selects.
-fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<BlockFace>, Fault> {
-    let surfaces = region.surfaces(geometry);
+fn surfaces(
+    selector: &Selector,
+    geometry: &Geometry,
+    place: &str,
+) -> Result<Vec<BlockFace>, Fault> {
+    let surfaces = selector.surfaces(geometry);
     let place = format!("{place}.where");
     if surfaces.is_empty() {
-        let inside = !region.nodes(geometry).is_empty();
+        let inside = !selector.nodes(geometry).is_empty();
         let what = "no outer face of a block";
         let fault = nothing(place, what);
         return Err(match inside {
@@ -214,10 +222,10 @@ fn surfaces(region: &Region, geometry: &Geometry, place: &str) -> Result<Vec<Blo
                 "the nodes there are inside of the model or at a joint: a boundary takes faces without a \
                  neighbour, on every plane given",
             ),
-            false => no_face(fault, region, geometry),
+            false => no_face(fault, selector, geometry),
         });
     }
-    if surfaces.iter().any(|surface| region.cuts_askew(geometry, surface)) {
+    if surfaces.iter().any(|surface| selector.cuts_askew(geometry, surface)) {
         let message = "a range cuts an oblique face askew: a boundary takes whole faces";
         return Err(Fault::new(ErrorCode::InvalidBoundary, place, message));
     }

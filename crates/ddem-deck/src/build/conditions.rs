@@ -9,7 +9,7 @@ use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::at_stage;
 use super::charge::{Holes, charge};
-use super::geometry::{Region, no_face, no_node, nothing};
+use super::geometry::{Selector, no_face, no_node, nothing};
 use crate::lint::Diagnostic;
 use crate::schema::{ChargeHistory, Deck, History, Initial, Load, Remove, StageKind, Where};
 
@@ -31,9 +31,9 @@ pub(super) fn conditions(
     conditions.loaded.extend(deck.remove.iter().map(|remove| released(deck, remove)));
     let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
     for (index, initial) in deck.initial.iter().enumerate().filter(|(_, i)| moving(i)) {
-        let (region, geometry) = (Region::new(&initial.region, sets), stages.at(0));
-        if region.nodes(geometry).is_empty() {
-            faults.push(no_node(format!("initial[{index}].where"), &region, geometry));
+        let (selector, geometry) = (Selector::new(&initial.r#where, sets), stages.at(0));
+        if selector.nodes(geometry).is_empty() {
+            faults.push(no_node(format!("initial[{index}].where"), &selector, geometry));
         }
     }
     if faults.is_empty() { Ok((conditions, warnings)) } else { Err(faults) }
@@ -42,18 +42,18 @@ pub(super) fn conditions(
 /// Supports, with the nodes that each holds.
 fn fixes(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<SupportGroup> {
     let Problem { stages, sets, .. } = problem;
-    let region = |r: &Where| Region::new(r, sets);
+    let selector = |r: &Where| Selector::new(r, sets);
     let mut fixed = Vec::new();
     for (index, fix) in deck.fix.iter().enumerate() {
         let geometry = at_stage(deck, stages, fix.from.as_ref());
-        let nodes = region(&fix.region).nodes(geometry);
+        let nodes = selector(&fix.r#where).nodes(geometry);
         if nodes.is_empty() {
-            let region = region(&fix.region);
-            faults.push(no_node(format!("fix[{index}].where"), &region, geometry));
+            let selector = selector(&fix.r#where);
+            faults.push(no_node(format!("fix[{index}].where"), &selector, geometry));
         }
         fixed.push(SupportGroup {
             nodes,
-            removed: region(&fix.region).removed_nodes(stages.at(0), geometry),
+            removed: selector(&fix.r#where).removed_nodes(stages.at(0), geometry),
             axes: ['x', 'y', 'z'].map(|axis| fix.axes.contains(axis)),
             velocity: fix.velocity,
             displacement: fix.displacement.unwrap_or_default(),
@@ -67,11 +67,11 @@ fn fixes(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<Support
 /// Loads, with their nodal forces.
 fn loads(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<LoadPattern> {
     let Problem { stages, sets, .. } = problem;
-    let region = |r: &Where| Region::new(r, sets);
+    let selector = |r: &Where| Selector::new(r, sets);
     let mut loaded = Vec::new();
     for (index, load) in deck.load.iter().enumerate() {
         let geometry = at_stage(deck, stages, load.from.as_ref());
-        match nodal_forces(load, &region(&load.region), geometry) {
+        match nodal_forces(load, &selector(&load.r#where), geometry) {
             Ok(forces) => loaded.push(LoadPattern {
                 forces,
                 history: TimeFunction::new(load.history.as_ref()),
@@ -79,13 +79,13 @@ fn loads(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<LoadPat
                 fading: None,
             }),
             Err("no node") => {
-                let region = region(&load.region);
-                faults.push(no_node(format!("load[{index}].where"), &region, geometry));
+                let selector = selector(&load.r#where);
+                faults.push(no_node(format!("load[{index}].where"), &selector, geometry));
             }
             Err(what) => {
                 let fault = nothing(format!("load[{index}].where"), what);
                 faults.push(match what {
-                    NO_FACE => no_face(fault, &region(&load.region), geometry),
+                    NO_FACE => no_face(fault, &selector(&load.r#where), geometry),
                     _ if what.starts_with("no ") => fault,
                     _ => Fault::new(ErrorCode::EmptySelection, fault.place, what),
                 });
@@ -102,7 +102,7 @@ fn charges(
     faults: &mut Vec<Fault>,
 ) -> (Vec<TimedCharge>, Vec<Vec<Diagnostic>>) {
     let Problem { stages, sets, .. } = problem;
-    let region = |r: &Where| Region::new(r, sets);
+    let selector = |r: &Where| Selector::new(r, sets);
     let mut charged = Vec::new();
     let mut warnings = Vec::new();
     let mut holes: Vec<Holes<'_>> = Vec::new();
@@ -113,7 +113,7 @@ fn charges(
             holes.push(Holes::new(geometry));
             holes.len() - 1
         });
-        match charge(index, deck, &region(&entry.region), &holes[at]) {
+        match charge(index, deck, &selector(&entry.r#where), &holes[at]) {
             Ok((charge, doubtful)) => {
                 warnings.push(doubtful);
                 charged.push(TimedCharge {
@@ -137,7 +137,7 @@ fn charges(
 pub(super) fn motions(deck: &Deck, problem: &Problem) -> Vec<StartMotion> {
     let geometry = problem.stages.at(0);
     let motion = |initial: &Initial| StartMotion {
-        nodes: Region::new(&initial.region, &problem.sets).nodes(geometry),
+        nodes: Selector::new(&initial.r#where, &problem.sets).nodes(geometry),
         velocity: Vec3::from(initial.velocity.unwrap_or_default()),
         spin: Vec3::from(initial.spin.unwrap_or_default()),
         centre: Vec3::from(initial.centre.unwrap_or_default()),
@@ -151,21 +151,21 @@ const NO_FACE: &str = "no outer face of a block";
 /// Nodal forces of one load; the error names what was not found.
 fn nodal_forces(
     load: &Load,
-    region: &Region,
+    selector: &Selector,
     geometry: &Geometry,
 ) -> Result<Vec<(u32, Vec3)>, &'static str> {
     let forces: Vec<(u32, Vec3)> = if let Some(line) = load.line {
-        let lengths = region
+        let lengths = selector
             .lengths(geometry)
             .ok_or("a line needs planes on two axes, and blocks with an edge along the third")?;
         lengths.into_iter().map(|(node, length)| (node, Vec3::from(line) * length)).collect()
     } else if let Some(force) = load.force {
-        let weights = region.weights(geometry);
+        let weights = selector.weights(geometry);
         let total: f64 = weights.iter().map(|(_, weight)| weight).sum();
         weights.into_iter().map(|(node, w)| (node, Vec3::from(force) * (w / total))).collect()
     } else {
-        let surfaces = region.surfaces(geometry);
-        if surfaces.iter().any(|face| region.cuts_askew(geometry, face)) {
+        let surfaces = selector.surfaces(geometry);
+        if surfaces.iter().any(|face| selector.cuts_askew(geometry, face)) {
             return Err("a range cuts an oblique face askew, which cannot be loaded in part");
         }
         let of = |face: &BlockFace| {
@@ -173,7 +173,7 @@ fn nodal_forces(
                 (Some(traction), _) => Vec3::from(traction),
                 (None, pressure) => -face.outward(geometry) * pressure.unwrap_or(0.0),
             };
-            let areas = region.areas(geometry, face).into_iter();
+            let areas = selector.areas(geometry, face).into_iter();
             areas.map(move |(node, area)| (node, traction * area)).collect::<Vec<_>>()
         };
         surfaces.iter().flat_map(of).collect()

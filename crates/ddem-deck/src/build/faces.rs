@@ -8,7 +8,7 @@ use ddem_core::{ErrorCode, Fault, Problem, counted};
 
 use super::at_stage;
 use super::charge::is_wall;
-use super::geometry::Region;
+use super::geometry::Selector;
 use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
 
@@ -76,15 +76,15 @@ pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<Diagnostic> {
     warnings
 }
 
-/// Faces with two areas `[m²]`: of the part that a region selects, and of the whole face.
+/// Faces with two areas `[m²]`: of the part that a `where` selects, and of the whole face.
 pub(super) fn with_areas(
-    (region, everywhere): (&Region, &Region),
+    (selector, everywhere): (&Selector, &Selector),
     geometry: &Geometry,
     surfaces: &[BlockFace],
 ) -> Vec<(BlockFace, [f64; 2])> {
-    let area = |region: &Region, face: &BlockFace| {
-        region.areas(geometry, face).iter().map(|(_, area)| area).sum()
+    let area = |selector: &Selector, face: &BlockFace| {
+        selector.areas(geometry, face).iter().map(|(_, area)| area).sum()
     };
-    let areas = |face: &BlockFace| [area(region, face), area(everywhere, face)];
+    let areas = |face: &BlockFace| [area(selector, face), area(everywhere, face)];
     surfaces.iter().map(|face| (*face, areas(face))).collect()
 }

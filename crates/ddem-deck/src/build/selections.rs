@@ -1,14 +1,14 @@
-//! Nodes and blocks that regions select.
+//! Nodes and blocks that a `where` selects.
 
 use ddem_core::problem::Geometry;
 use ddem_core::{Fault, Model};
 
 use super::BuiltDeck;
-use super::geometry::{Region, Selection, no_node, uncovered};
+use super::geometry::{Selection, Selector, no_node, uncovered};
 use crate::schema::Where;
 
 impl Where {
-    /// Numbers of the nodes that the region selects in a model, in order. Only blocks that exist in
+    /// Numbers of the nodes that the `where` selects in a model, in order. Only blocks that exist in
     /// the present stage count.
     ///
     /// # Errors
@@ -24,14 +24,14 @@ impl Where {
         }
         match faults.into_iter().next() {
             Some(fault) => Err(fault),
-            None => Ok(Region::new(self, sets).nodes(model.geometry())),
+            None => Ok(Selector::new(self, sets).nodes(model.geometry())),
         }
     }
 
     /// Fault of a `where` at a place in the deck that selects no node of a model.
     #[must_use]
     pub fn no_node(&self, model: &Model, place: String) -> Fault {
-        no_node(place, &Region::new(self, &model.problem().sets), model.geometry())
+        no_node(place, &Selector::new(self, &model.problem().sets), model.geometry())
     }
 }
 
@@ -41,19 +41,19 @@ impl BuiltDeck {
     /// or an in-situ stress.
     #[must_use]
     pub fn selections(&self) -> Vec<Selection> {
-        let of = |place: String, what: String, geometry: &Geometry, region| {
-            let region = self.region(region);
-            Selection::new((place, what), &region, &self.problem.sets, &geometry.lattices)
+        let of = |place: String, what: String, geometry: &Geometry, selector| {
+            let selector = self.selector(selector);
+            Selection::new((place, what), &selector, &self.problem.sets, &geometry.lattices)
         };
         let assigned = self.deck.assign.iter().enumerate().filter_map(|(index, entry)| {
             let what = format!("material `{}`", entry.material.as_ref()?);
             let geometry = self.at_stage(entry.from.as_ref());
-            of(format!("assign[{index}]"), what, geometry, &entry.region)
+            of(format!("assign[{index}]"), what, geometry, &entry.r#where)
         });
         let stressed = self.deck.initial.iter().enumerate().filter_map(|(index, entry)| {
             entry.stress?;
             let what = format!("in-situ stress {index}");
-            of(format!("initial[{index}]"), what, self.at_stage(None), &entry.region)
+            of(format!("initial[{index}]"), what, self.at_stage(None), &entry.r#where)
         });
         self.selections.iter().cloned().chain(assigned).chain(stressed).collect()
     }

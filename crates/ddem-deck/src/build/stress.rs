@@ -6,7 +6,7 @@ use ddem_core::problem::Stress;
 use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::geometry::touching::TouchingFaces;
-use super::geometry::{Region, nothing};
+use super::geometry::{Selector, nothing};
 use crate::schema::Deck;
 
 /// Faults of stressed sets that touch without a joint. Contacts begin without force, so they cannot
@@ -51,7 +51,7 @@ pub(super) fn stresses(deck: &Deck, problem: &Problem) -> Result<Vec<Option<Stre
         let Some(origin) = entry.stress else { continue };
         let slope = entry.gradient.unwrap_or_default();
         let gradient = [slope.x, slope.y, slope.z].map(Option::unwrap_or_default);
-        let blocks = Region::new(&entry.region, &problem.sets).blocks(geometry);
+        let blocks = Selector::new(&entry.r#where, &problem.sets).blocks(geometry);
         let place = format!("initial[{index}].where");
         if blocks.is_empty() {
             faults.push(nothing(place, "no block"));

@@ -39,7 +39,7 @@ impl BuiltDeck {
         }
         let mut given = self.given(model);
         let mut planes: BTreeMap<[i64; 4], PlaneBalance> = BTreeMap::new();
-        let everywhere = self.region(&Where::default());
+        let everywhere = self.selector(&Where::default());
         let surfaces = everywhere.surfaces(geometry);
         // The faces of a node share its load in proportion to the forces that they require. Each
         // node is therefore treated once.

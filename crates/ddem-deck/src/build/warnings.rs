@@ -150,13 +150,14 @@ impl BuiltDeck {
         let loads = self.deck.load.iter().enumerate();
         let loads = loads.filter(|(_, load)| load.traction.is_some() || load.pressure.is_some());
         let loads =
-            loads.map(|(index, load)| (format!("load[{index}].where"), &load.region, &load.from));
+            loads.map(|(index, load)| (format!("load[{index}].where"), &load.r#where, &load.from));
         let boundaries = self.deck.boundary.iter().enumerate();
-        let boundaries = boundaries
-            .map(|(index, entry)| (format!("boundary[{index}].where"), &entry.region, &entry.from));
-        let left_out = |(at, region, from): (String, &Where, &Option<String>)| {
+        let boundaries = boundaries.map(|(index, entry)| {
+            (format!("boundary[{index}].where"), &entry.r#where, &entry.from)
+        });
+        let left_out = |(at, selector, from): (String, &Where, &Option<String>)| {
             let geometry = self.at_stage(from.as_ref());
-            let faces = self.region(region).covered_in_part(geometry);
+            let faces = self.selector(selector).covered_in_part(geometry);
             let [x, y, z] = faces.first()?.centre(geometry).into();
             let count = match faces.len() {
                 1 => "1 face is left out, because other blocks cover it in part; it".to_owned(),

@@ -1,7 +1,7 @@
 //! Checks of sets of blocks, and of the entries that change parts of them.
 
 use super::conditions::force_time;
-use super::region::{RegionKind, dips, region};
+use super::selection::{Selected, dips, selector};
 use super::{ErrorCode, Faults, NameFaults, Rule, shown};
 use crate::schema::{BlockMesh, BlockSet, COORDINATES, Deck, JointChoice, Remove};
 const AXES: [&str; 3] = ["x", "y", "z"];
@@ -322,8 +322,8 @@ fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
 fn changes(deck: &Deck, faults: &mut Faults) {
     for (i, assign) in deck.assign.iter().enumerate() {
         let at = format!("assign[{i}]");
-        let of = if assign.material.is_some() { RegionKind::Blocks } else { RegionKind::Faces };
-        region(deck, &format!("{at}.where"), (&assign.region, of), faults);
+        let of = if assign.material.is_some() { Selected::Blocks } else { Selected::Faces };
+        selector(deck, &format!("{at}.where"), (&assign.r#where, of), faults);
         if assign.joint.is_none() && assign.material.is_none() {
             let message = "the entry assigns nothing: it needs `joint` or `material`";
             faults.add(ErrorCode::MissingKey, at.as_str(), message);
@@ -338,13 +338,13 @@ fn changes(deck: &Deck, faults: &mut Faults) {
     }
     for (i, remove) in deck.remove.iter().enumerate() {
         let at = format!("remove[{i}]");
-        region(deck, &format!("{at}.where"), (&remove.region, RegionKind::Blocks), faults);
+        selector(deck, &format!("{at}.where"), (&remove.r#where, Selected::Blocks), faults);
         force_time(deck, &at, remove.from.as_deref(), None, faults);
         excavation(deck, &at, remove, faults);
     }
     for (i, refine) in deck.refine.iter().enumerate() {
         let at = format!("refine[{i}]");
-        region(deck, &format!("{at}.where"), (&refine.region, RegionKind::Blocks), faults);
+        selector(deck, &format!("{at}.where"), (&refine.r#where, Selected::Blocks), faults);
         if refine.factor < 2 {
             let message = format!("{} parts leave blocks as they are", refine.factor);
             faults.add_help(ErrorCode::OutOfRange, format!("{at}.factor"), message, "at least 2");

@@ -1,7 +1,7 @@
 //! Checks of charges.
 
 use super::conditions::force_time;
-use super::region::{RegionKind, region};
+use super::selection::{Selected, selector};
 use super::{ErrorCode, Faults, Rule, history, names, shown};
 use crate::schema::{
     Charge, ChargeHistory, Deck, Detonation, EXPLOSIVES, Explosive, StageKind, Where,
@@ -13,7 +13,7 @@ const LEAST: [f64; 2] = [100.0, 100.0];
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.charge.iter().enumerate() {
         let at = format!("charge[{i}]");
-        place(deck, &at, &entry.region, faults);
+        place(deck, &at, &entry.r#where, faults);
         strength(&at, entry, faults);
         gas(&at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
@@ -34,7 +34,7 @@ fn place(deck: &Deck, at: &str, place: &Where, faults: &mut Faults) {
             "a sphere or a cylinder around the hole, ranges, or a set of blocks",
         );
     }
-    region(deck, &format!("{at}.where"), (place, RegionKind::Faces), faults);
+    selector(deck, &format!("{at}.where"), (place, Selected::Faces), faults);
 }
 
 /// Checks that there is exactly one of mass and pressure, and an explosive with a mass.

@@ -1,6 +1,6 @@
 //! Checks of supports, loads, boundaries and the initial state.
 
-use super::region::{RegionKind, region};
+use super::selection::{Selected, selector};
 use super::{ErrorCode, Faults, NameFaults, Rule, history, shown};
 use crate::schema::{Boundary, BoundaryKind, Deck, Fix, Gradient, Initial, Load, StageKind};
 use ddem_core::problem::no_velocity;
@@ -8,7 +8,7 @@ use ddem_core::problem::no_velocity;
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.fix.iter().enumerate() {
         let at = format!("fix[{i}]");
-        region(deck, &format!("{at}.where"), (&entry.region, RegionKind::Nodes), faults);
+        selector(deck, &format!("{at}.where"), (&entry.r#where, Selected::Nodes), faults);
         fix(&at, entry, faults);
         driven(deck, &at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
@@ -16,23 +16,23 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.load.iter().enumerate() {
         let at = format!("load[{i}]");
         let of = if entry.traction.is_some() || entry.pressure.is_some() {
-            RegionKind::Faces
+            Selected::Faces
         } else {
-            RegionKind::Nodes
+            Selected::Nodes
         };
-        region(deck, &format!("{at}.where"), (&entry.region, of), faults);
+        selector(deck, &format!("{at}.where"), (&entry.r#where, of), faults);
         load(&at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
     }
     for (i, entry) in deck.boundary.iter().enumerate() {
         let at = format!("boundary[{i}]");
-        region(deck, &format!("{at}.where"), (&entry.region, RegionKind::Faces), faults);
+        selector(deck, &format!("{at}.where"), (&entry.r#where, Selected::Faces), faults);
         boundary(&at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
     }
     for (i, entry) in deck.initial.iter().enumerate() {
         let at = format!("initial[{i}]");
-        region(deck, &format!("{at}.where"), (&entry.region, RegionKind::Nodes), faults);
+        selector(deck, &format!("{at}.where"), (&entry.r#where, Selected::Nodes), faults);
         initial(&at, entry, faults);
     }
 }
@@ -160,7 +160,7 @@ fn load(at: &str, load: &Load, faults: &mut Faults) {
             faults.add_help(ErrorCode::ConflictingKeys, format!("{at}.{second}"), message, help);
         }
     }
-    let planes = load.region.n_planes();
+    let planes = load.r#where.n_planes();
     if load.line.is_some() && planes != 2 {
         faults.add_help(
             ErrorCode::WrongType,

@@ -1,6 +1,6 @@
 //! Checks of regions of rock and their cuts.
 
-use super::region::{RegionKind, dips, region as condition};
+use super::selection::{Selected, dips, selector};
 use super::{ErrorCode, Faults, NameFaults, Rule, blocks, shown};
 use crate::build::rock_parts;
 use crate::schema::{
@@ -191,7 +191,7 @@ fn cut(deck: &Deck, at: &str, cut: &RockCut, faults: &mut Faults) {
         None => {}
     }
     let place = format!("{at}.where");
-    for (key, given) in [("set", cut.region.set.is_some()), ("side", cut.region.side.is_some())] {
+    for (key, given) in [("set", cut.r#where.set.is_some()), ("side", cut.r#where.side.is_some())] {
         if given {
             faults.add_help(
                 ErrorCode::NotSupported,
@@ -202,7 +202,7 @@ fn cut(deck: &Deck, at: &str, cut: &RockCut, faults: &mut Faults) {
             return;
         }
     }
-    condition(deck, &place, (&cut.region, RegionKind::Blocks), faults);
+    selector(deck, &place, (&cut.r#where, Selected::Blocks), faults);
 }
 
 fn set(at: &str, set: &SetCut, faults: &mut Faults) {

@@ -1,6 +1,6 @@
 //! Checks of stages and probes.
 
-use super::region::RegionKind;
+use super::selection::Selected;
 use super::{Faults, NameFaults, Rule};
 use crate::schema::{
     BlockSet, Body, Deck, Joint, Probe, Quantity, SafetySearch, Stage, StageKind, TimeStep, Where,
@@ -124,7 +124,7 @@ impl Deck {
 
 fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
     let help = "a probe has exactly one of `at` (a point) and `where` (a part of the model)";
-    match (probe.at, &probe.region) {
+    match (probe.at, &probe.r#where) {
         (Some(_), Some(_)) => {
             faults.add_help(
                 ErrorCode::ConflictingKeys,
@@ -141,8 +141,13 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
     if let Some(point) = probe.at {
         faults.finite(format!("{at}.at"), &point);
     }
-    if let Some(region) = &probe.region {
-        super::region::region(deck, &format!("{at}.where"), (region, RegionKind::Nodes), faults);
+    if let Some(selector) = &probe.r#where {
+        super::selection::selector(
+            deck,
+            &format!("{at}.where"),
+            (selector, Selected::Nodes),
+            faults,
+        );
     }
     faults.optional(format!("{at}.every"), probe.every, Rule::AboveZero);
     if let Some(steps) = probe.every_steps {
@@ -157,15 +162,15 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
         );
     }
     if probe.quantity == Quantity::Stress {
-        stress(deck, at, probe.region.as_ref(), faults);
+        stress(deck, at, probe.r#where.as_ref(), faults);
     }
 }
 
 /// Adds a fault if a stress probe selects rigid blocks, which have no stress. The block at a point
 /// is known only with the geometry.
-fn stress(deck: &Deck, at: &str, region: Option<&Where>, faults: &mut Faults) {
+fn stress(deck: &Deck, at: &str, selector: Option<&Where>, faults: &mut Faults) {
     let rigid = |set: &BlockSet| set.body == Body::Rigid;
-    let named = region.and_then(|region| region.set.as_deref());
+    let named = selector.and_then(|selector| selector.set.as_deref());
     let of = |name: &str| deck.blocks.iter().find(|set| set.name.as_deref() == Some(name));
     let whose = match named.and_then(of) {
         Some(set) if rigid(set) => format!("the blocks of `{}` are rigid", named.unwrap_or("")),

@@ -61,7 +61,7 @@ fn without_strength(at: &str, joint: &Joint, faults: &mut Faults) {
             ErrorCode::IneffectiveKey,
             format!("{at}.{key}"),
             format!("`{key}` has no effect: the joint never fails"),
-            "a joint with none of `cohesion`, `friction`, `tension` and `jrc` never fails",
+            "a joint with none of `cohesion`, `friction`, `tension`, `jrc` and `jcs` never fails",
         );
     }
 }

@@ -20,7 +20,7 @@ fn good() -> Deck {
             ..BlockSet::default()
         }],
         fix: vec![Fix { axes: "xyz".into(), velocity: Some([0.0; 3]), ..Fix::default() }],
-        load: vec![Load { region: top, pressure: Some(1e5), ..Load::default() }],
+        load: vec![Load { r#where: top, pressure: Some(1e5), ..Load::default() }],
         initial: vec![Initial { spin: Some([0.0, 0.0, 1.0]), ..Initial::default() }],
         stage: vec![
             Stage { name: "load".into(), ..Stage::default() },
@@ -107,8 +107,8 @@ fn invalid_conditions_are_refused() {
     assert_eq!(load(|l| l.history = Some(History::Table(vec![]))), ["load[0].history.table"]);
     assert_eq!(load(|l| l.from = Some("lode".into())), ["load[0].from"]);
     assert_eq!(load(|l| l.until = Some("load".into())), ["load[0].until"]);
-    assert_eq!(load(|l| l.region.set = Some("bean".into())), ["load[0].where.set"]);
-    let sphere = |l: &mut Load| l.region.sphere = Some(Sphere { centre: [0.0; 3], radius: -1.0 });
+    assert_eq!(load(|l| l.r#where.set = Some("bean".into())), ["load[0].where.set"]);
+    let sphere = |l: &mut Load| l.r#where.sphere = Some(Sphere { centre: [0.0; 3], radius: -1.0 });
     assert_eq!(places(|deck| sphere(&mut deck.load[0])), ["load[0].where.sphere.radius"]);
     let fix = |change: fn(&mut Fix)| places(|deck| change(&mut deck.fix[0]));
     assert_eq!(fix(|f| f.axes.clear()), ["fix[0].axes"]);

@@ -22,8 +22,8 @@ const MOST_POINTS: usize = 100_000_000;
 pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
     let (mut surfaces, mut grids) = (BTreeMap::new(), BTreeMap::new());
     let mut faults = Vec::new();
-    for (place, region) in deck.regions_mut() {
-        for (key, file) in region.files_mut() {
+    for (place, selector) in deck.selectors_mut() {
+        for (key, file) in selector.files_mut() {
             let wrong = match file {
                 FileIn::Triangles(file) => fill(file, folder, &mut surfaces, triangles),
                 FileIn::Heights(file) => fill(file, folder, &mut grids, heights),
@@ -40,8 +40,8 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
 /// Changes the paths of the files that a deck names from relative to `folder` to relative to the
 /// working directory of the program.
 pub fn join_paths(deck: &mut Deck, folder: &Path) {
-    for (_, region) in deck.regions_mut() {
-        for (_, file) in region.files_mut() {
+    for (_, selector) in deck.selectors_mut() {
+        for (_, file) in selector.files_mut() {
             let path = match file {
                 FileIn::Triangles(file) => &mut file.path,
                 FileIn::Heights(file) => &mut file.path,
@@ -296,8 +296,8 @@ fn raster(text: &str) -> Result<Heights, Fault> {
 pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
     let mut deck = deck.clone();
     let mut contents = BTreeMap::new();
-    for (_, region) in deck.regions_mut() {
-        for (_, file) in region.files_mut() {
+    for (_, selector) in deck.selectors_mut() {
+        for (_, file) in selector.files_mut() {
             let (path, numbers) = match file {
                 FileIn::Triangles(FileOf { path, content: Some(content) }) => {
                     (path, content.0.iter().flatten().flatten().copied().collect())
@@ -319,8 +319,8 @@ pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
 /// missing.
 pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> bool {
     let mut all = true;
-    for (_, region) in deck.regions_mut() {
-        for (_, file) in region.files_mut() {
+    for (_, selector) in deck.selectors_mut() {
+        for (_, file) in selector.files_mut() {
             match file {
                 FileIn::Triangles(file) => {
                     let numbers = contents.get(&file.path);

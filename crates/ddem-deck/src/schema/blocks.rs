@@ -192,8 +192,8 @@ pub enum Body {
 pub struct Assign {
     /// Joints by the centre of their faces, blocks by their centroid; later entries win; default
     /// everywhere.
-    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
-    pub region: Where,
+    #[serde(default, skip_serializing_if = "Where::is_everywhere")]
+    pub r#where: Where,
     /// Name of the joint for the joints inside; needed without `material`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
@@ -213,8 +213,7 @@ pub struct Assign {
 #[serde(deny_unknown_fields)]
 pub struct Remove {
     /// Blocks to remove, by their centroid.
-    #[serde(rename = "where")]
-    pub region: Where,
+    pub r#where: Where,
     /// Stage at whose start they are removed; default none: never in the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<String>,
@@ -233,8 +232,7 @@ pub struct Remove {
 #[serde(deny_unknown_fields)]
 pub struct Refine {
     /// Blocks to split, by their centroid.
-    #[serde(rename = "where")]
-    pub region: Where,
+    pub r#where: Where,
     /// Number of parts along each edge, at least 2.
     pub factor: u32,
 }

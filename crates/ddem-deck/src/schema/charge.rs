@@ -17,8 +17,7 @@ use super::{History, Where, forms};
 #[serde(deny_unknown_fields)]
 pub struct Charge {
     /// Walls of cavities left by `[[remove]]`, or joints, by their centres.
-    #[serde(rename = "where")]
-    pub region: Where,
+    pub r#where: Where,
     /// Mass of the explosive `[kg]`; needed without `pressure`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mass: Option<f64>,

@@ -10,8 +10,8 @@ use super::{History, Where, forms};
 #[serde(deny_unknown_fields)]
 pub struct Fix {
     /// Supported nodes; default all.
-    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
-    pub region: Where,
+    #[serde(default, skip_serializing_if = "Where::is_everywhere")]
+    pub r#where: Where,
     /// Supported directions, of `"xyz"`; if two entries support the same one, the later counts.
     pub axes: String,
     /// Velocity of the supported directions in dynamic stages `[m/s]`; default at rest.
@@ -41,8 +41,8 @@ pub struct Fix {
 #[serde(deny_unknown_fields)]
 pub struct Load {
     /// Outer faces, a line, or nodes; default everywhere.
-    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
-    pub region: Where,
+    #[serde(default, skip_serializing_if = "Where::is_everywhere")]
+    pub r#where: Where,
     /// Force per area of the selected outer faces `[Pa]`; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traction: Option<[f64; 3]>,
@@ -80,8 +80,8 @@ pub struct Load {
 #[serde(deny_unknown_fields)]
 pub struct Boundary {
     /// Outer faces of deformable blocks; default all.
-    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
-    pub region: Where,
+    #[serde(default, skip_serializing_if = "Where::is_everywhere")]
+    pub r#where: Where,
     /// Kind: `"viscous"`, absorbing dashpots, or `"free-field"`, for upright sides of a model that
     /// is shaken from below.
     pub kind: BoundaryKind,
@@ -121,8 +121,8 @@ pub enum BoundaryKind {
 #[serde(deny_unknown_fields)]
 pub struct Initial {
     /// Nodes; for `stress` deformable blocks and their joints; default everything.
-    #[serde(rename = "where", default, skip_serializing_if = "Where::is_everywhere")]
-    pub region: Where,
+    #[serde(default, skip_serializing_if = "Where::is_everywhere")]
+    pub r#where: Where,
     /// Velocity `[m/s]`; default `[0, 0, 0]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("default" = <[f64; 3]>::default()))]
@@ -172,8 +172,8 @@ pub struct Probe {
     pub at: Option<[f64; 3]>,
     /// Nodes; the probe records the sum of their reactions, or the mean of another quantity; needed
     /// without `at`.
-    #[serde(rename = "where", default, skip_serializing_if = "Option::is_none")]
-    pub region: Option<Where>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub r#where: Option<Where>,
     /// Recorded quantity; default `"displacement"`.
     #[serde(default)]
     pub quantity: Quantity,

@@ -105,7 +105,7 @@ pub enum FileIn<'a> {
 }
 
 impl Where {
-    /// Files that the region names, each with its place below `where`.
+    /// Files that the `where` names, each with its place below `where`.
     pub fn files_mut(&mut self) -> impl Iterator<Item = (&'static str, FileIn<'_>)> {
         let inside = self.inside.as_mut().map(|file| ("inside", FileIn::Triangles(file)));
         let sheets = [("above.topography", &mut self.above), ("below.topography", &mut self.below)];
@@ -118,49 +118,49 @@ impl Where {
 }
 
 /// Every `where` of a deck, with its place in the deck.
-macro_rules! regions {
+macro_rules! selectors {
     ($deck:expr, $iter:ident, $option:ident, $one:ident) => {{
-        let mut regions = Vec::new();
-        let mut add = |section: &str, index: usize, region| {
-            regions.push((format!("{section}[{index}].where"), region));
+        let mut selectors = Vec::new();
+        let mut add = |section: &str, index: usize, selector| {
+            selectors.push((format!("{section}[{index}].where"), selector));
         };
-        $deck.cut.$iter().enumerate().for_each(|(i, e)| add("cut", i, $one!(e.region)));
-        $deck.assign.$iter().enumerate().for_each(|(i, e)| add("assign", i, $one!(e.region)));
-        $deck.remove.$iter().enumerate().for_each(|(i, e)| add("remove", i, $one!(e.region)));
-        $deck.refine.$iter().enumerate().for_each(|(i, e)| add("refine", i, $one!(e.region)));
-        $deck.fix.$iter().enumerate().for_each(|(i, e)| add("fix", i, $one!(e.region)));
-        $deck.load.$iter().enumerate().for_each(|(i, e)| add("load", i, $one!(e.region)));
-        $deck.charge.$iter().enumerate().for_each(|(i, e)| add("charge", i, $one!(e.region)));
-        $deck.boundary.$iter().enumerate().for_each(|(i, e)| add("boundary", i, $one!(e.region)));
-        $deck.initial.$iter().enumerate().for_each(|(i, e)| add("initial", i, $one!(e.region)));
+        $deck.cut.$iter().enumerate().for_each(|(i, e)| add("cut", i, $one!(e.r#where)));
+        $deck.assign.$iter().enumerate().for_each(|(i, e)| add("assign", i, $one!(e.r#where)));
+        $deck.remove.$iter().enumerate().for_each(|(i, e)| add("remove", i, $one!(e.r#where)));
+        $deck.refine.$iter().enumerate().for_each(|(i, e)| add("refine", i, $one!(e.r#where)));
+        $deck.fix.$iter().enumerate().for_each(|(i, e)| add("fix", i, $one!(e.r#where)));
+        $deck.load.$iter().enumerate().for_each(|(i, e)| add("load", i, $one!(e.r#where)));
+        $deck.charge.$iter().enumerate().for_each(|(i, e)| add("charge", i, $one!(e.r#where)));
+        $deck.boundary.$iter().enumerate().for_each(|(i, e)| add("boundary", i, $one!(e.r#where)));
+        $deck.initial.$iter().enumerate().for_each(|(i, e)| add("initial", i, $one!(e.r#where)));
         for (i, probe) in $deck.probe.$iter().enumerate() {
             // A probe at a point has no `where`.
-            if let Some(region) = probe.region.$option() {
-                add("probe", i, region);
+            if let Some(selector) = probe.r#where.$option() {
+                add("probe", i, selector);
             }
         }
-        regions
+        selectors
     }};
 }
 macro_rules! shared {
-    ($region:expr) => {
-        &$region
+    ($selector:expr) => {
+        &$selector
     };
 }
 macro_rules! exclusive {
-    ($region:expr) => {
-        &mut $region
+    ($selector:expr) => {
+        &mut $selector
     };
 }
 
 impl Deck {
     /// Every `where`, with its place in the deck.
-    pub fn regions(&self) -> Vec<(String, &Where)> {
-        regions!(self, iter, as_ref, shared)
+    pub fn selectors(&self) -> Vec<(String, &Where)> {
+        selectors!(self, iter, as_ref, shared)
     }
 
     /// Every `where`, mutable, with its place in the deck.
-    pub fn regions_mut(&mut self) -> Vec<(String, &mut Where)> {
-        regions!(self, iter_mut, as_mut, exclusive)
+    pub fn selectors_mut(&mut self) -> Vec<(String, &mut Where)> {
+        selectors!(self, iter_mut, as_mut, exclusive)
     }
 }

@@ -74,7 +74,7 @@ pub struct Joint {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("default" = f64::default()))]
     pub residual_cohesion: Option<f64>,
-    /// Friction angle φ_r after failure, not above `friction`, or 70 with `jrc`, which needs it
+    /// Friction angle φ_r after failure, at most `friction`; needed with `jrc`, then at most 70
     /// `[degrees]`; default `friction`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub residual_friction: Option<f64>,

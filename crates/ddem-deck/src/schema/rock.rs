@@ -159,8 +159,8 @@ pub struct RockCut {
     #[schemars(extend("default" = bool::default()))]
     pub join: bool,
     /// Cells that are cut, by their centroid; default everywhere.
-    #[serde(rename = "where", skip_serializing_if = "Where::is_everywhere")]
-    pub region: Where,
+    #[serde(skip_serializing_if = "Where::is_everywhere")]
+    pub r#where: Where,
 }
 
 /// A set of joints.

@@ -57,10 +57,10 @@ fn rich() -> Deck {
     };
     let sphere = Some(Sphere { centre: [1.0, 1.0, 0.5], radius: 4.0 });
     deck.assign = vec![
-        Assign { region: set("pile"), joint: Some("own".into()), ..Assign::default() },
-        Assign { region: set("far"), material: Some("clay".into()), ..Assign::default() },
+        Assign { r#where: set("pile"), joint: Some("own".into()), ..Assign::default() },
+        Assign { r#where: set("far"), material: Some("clay".into()), ..Assign::default() },
     ];
-    deck.remove = vec![Remove { region: range(0, 11.5, 12.5), ..Remove::default() }];
+    deck.remove = vec![Remove { r#where: range(0, 11.5, 12.5), ..Remove::default() }];
     deck.fix = vec![
         Fix {
             velocity: Some([0.1, 0.0, 0.0]),
@@ -73,22 +73,22 @@ fn rich() -> Deck {
     let table = Some(History::Table(vec![[0.0, 0.0], [1.0, 2.0]]));
     let load = |load: Load| load;
     deck.load = vec![
-        load(Load { region: set("far"), pressure: Some(1e5), history: table, ..Load::default() }),
-        load(Load { region: set("far"), traction: Some([1.0, 2.0, 3.0]), ..Load::default() }),
+        load(Load { r#where: set("far"), pressure: Some(1e5), history: table, ..Load::default() }),
+        load(Load { r#where: set("far"), traction: Some([1.0, 2.0, 3.0]), ..Load::default() }),
         load(Load {
-            region: Where { sphere, ..Where::default() },
+            r#where: Where { sphere, ..Where::default() },
             force: Some([1.0, 2.0, 3.0]),
             from: Some("shake".into()),
             ..Load::default()
         }),
         load(Load {
-            region: Where { x: Some(Extent::Plane(10.0)), ..plane(2, 2.0) },
+            r#where: Where { x: Some(Extent::Plane(10.0)), ..plane(2, 2.0) },
             line: Some([0.0, 0.0, -1.0]),
             ..Load::default()
         }),
     ];
     deck.boundary = vec![Boundary {
-        region: set("pile"),
+        r#where: set("pile"),
         kind: BoundaryKind::Viscous,
         velocity: Some([0.0, 0.1, 0.2]),
         history: Some(History::Ramp(0.05)),
@@ -121,7 +121,7 @@ fn rich() -> Deck {
         Probe { name: "a".into(), at: Some([1.0; 3]), every: Some(0.1), ..Probe::default() },
         Probe {
             name: "b".into(),
-            region: Some(set("far")),
+            r#where: Some(set("far")),
             quantity: Quantity::Reaction,
             every_steps: Some(3),
             ..Probe::default()

@@ -99,7 +99,7 @@ fn decks_of_programs() {
     let mut found = String::new();
     let mut add = |region: Where| {
         let (mut deck, _) = parse_alone(&text(&[], ""), "deck.toml").unwrap();
-        deck.remove = vec![Remove { region, ..Remove::default() }];
+        deck.remove = vec![Remove { r#where: region, ..Remove::default() }];
         for fault in check(&deck) {
             writeln!(found, "{fault}").unwrap();
         }

@@ -14,8 +14,8 @@ fn every_key_is_read() {
     assert_eq!(deck.blocks[0].joint, Some(JointChoice::All("seam".into())));
     let by_normal = JointChoice::ByNormal { x: Some("spring".into()), y: None, z: None };
     assert_eq!(deck.blocks[1].joint, Some(by_normal));
-    assert_eq!(deck.assign[0].region.z, Some(Extent::Range([1.9, 2.1])));
-    assert_eq!(deck.fix[1].region.x, Some(Extent::Plane(12.0)));
+    assert_eq!(deck.assign[0].r#where.z, Some(Extent::Range([1.9, 2.1])));
+    assert_eq!(deck.fix[1].r#where.x, Some(Extent::Plane(12.0)));
     assert_eq!(deck.fix[1].history, Some(History::Table(vec![[0.0, 0.0], [0.01, 1.0]])));
     assert_eq!(deck.load[0].history, Some(History::Ramp(0.01)));
     assert_eq!(deck.stage[1].damping, Some(Damping::Ratio(0.05)));

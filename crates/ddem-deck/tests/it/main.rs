@@ -15,10 +15,10 @@ mod lint;
 mod messages;
 mod model_messages;
 mod notation;
-mod regions;
 mod rock;
 mod run_messages;
 mod selection;
+mod selectors;
 mod sets;
 mod warnings;
 

@@ -113,7 +113,7 @@ fn nearest_node_equals_brute_force_search() {
     deck.stage = vec![relax_stage("before"), relax_stage("dig")];
     let ball = Sphere { centre: [1.5, 1.0, 0.5], radius: 0.8 };
     deck.remove.push(Remove {
-        region: Where { sphere: Some(ball), ..Where::default() },
+        r#where: Where { sphere: Some(ball), ..Where::default() },
         from: Some("dig".into()),
         ..Remove::default()
     });
@@ -211,7 +211,7 @@ fn charge_joints_equal_brute_force_search() {
     ];
     let mut deck = with_axes(deck([20, 16, 12], [5.0, 4.0, 3.0], 1, 0.01), OBLIQUE);
     let charge = |region: &Where| Charge {
-        region: region.clone(),
+        r#where: region.clone(),
         pressure: Some(1e6),
         ..Charge::default()
     };

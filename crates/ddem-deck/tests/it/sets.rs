@@ -85,9 +85,9 @@ fn set_may_fill_removed_blocks_of_another() {
     );
     let sphere = Some(Sphere { centre: [1.5; 3], radius: 0.1 });
     let region = Where { sphere, ..Where::default() };
-    deck.remove.push(Remove { region, ..Remove::default() });
+    deck.remove.push(Remove { r#where: region, ..Remove::default() });
     // `remove` applies to all sets; the set that fills the hole must be excluded.
-    deck.remove[0].region.set = Some("around".into());
+    deck.remove[0].r#where.set = Some("around".into());
     deck.blocks[0].name = Some("around".into());
     assert_eq!(faults(&deck), []);
 }

@@ -12,7 +12,7 @@ fn within(from: [f64; 3], to: [f64; 3]) -> Where {
 
 fn tnt(region: Where, mass: f64) -> Charge {
     let explosive = Some(Explosive::Named("tnt".into()));
-    Charge { region, mass: Some(mass), explosive, ..Charge::default() }
+    Charge { r#where: region, mass: Some(mass), explosive, ..Charge::default() }
 }
 
 fn dynamic(name: &str, duration: f64) -> Stage {
@@ -152,7 +152,7 @@ fn stemming_of_another_set_warns() {
     deck.charge = vec![gas(within([0.9; 3], [2.1, 2.1, 3.1]), 1e6)];
     assert_eq!(crate::decks::warnings(&deck), [""; 0]);
     deck.blocks[0].name = Some("rock".into());
-    deck.remove.iter_mut().for_each(|remove| remove.region.set = Some("rock".into()));
+    deck.remove.iter_mut().for_each(|remove| remove.r#where.set = Some("rock".into()));
     deck.blocks.push(BlockSet {
         name: Some("stemming".into()),
         origin: [1.0, 1.0, 2.0],
@@ -177,7 +177,7 @@ fn stemming_of_another_set_warns() {
     assert!(message.contains("contains 27 blocks of set `stemming`"), "{message}");
     let set = Some("stemming".to_owned());
     deck.remove.push(Remove {
-        region: Where { set, ..ball([1.47, 1.29, 2.3], 0.02) },
+        r#where: Where { set, ..ball([1.47, 1.29, 2.3], 0.02) },
         ..Remove::default()
     });
     let message = one_of(&deck, "[blocks-in-cavity]");
@@ -216,13 +216,13 @@ fn cavity_warning_names_where_it_ends() {
     }
     // Finer blocks below the cavity, and then a hole among them.
     let mut split = boxes(&[[1.0; 3]]);
-    split.refine = vec![Refine { region: within([0.0; 3], [4.0, 4.0, 1.0]), factor: 2 }];
+    split.refine = vec![Refine { r#where: within([0.0; 3], [4.0, 4.0, 1.0]), factor: 2 }];
     split.charge = vec![gas(within([0.9; 3], [2.1; 3]), 1e6)];
     let message = one_of(&split, "charge[0]");
     assert!(message.contains("splits in another way, at [1.5, 1.5, 1]"), "{message}");
     split
         .remove
-        .push(Remove { region: within([1.0, 1.0, 0.5], [2.0, 2.0, 1.0]), ..Remove::default() });
+        .push(Remove { r#where: within([1.0, 1.0, 0.5], [2.0, 2.0, 1.0]), ..Remove::default() });
     let message = one_of(&split, "charge[0]");
     assert!(message.contains("continues at [1.5, 1.5, 1] among blocks"), "{message}");
 }
@@ -251,7 +251,7 @@ fn release_without_end_or_effect_warns() {
     let mut message = |release: f64, stages: Vec<Stage>| {
         let release = Some(release);
         deck.remove =
-            vec![Remove { region: region.clone(), from: from.clone(), release, until: None }];
+            vec![Remove { r#where: region.clone(), from: from.clone(), release, until: None }];
         deck.stage = vec![relax_stage("weight")];
         deck.stage.extend(stages);
         crate::decks::warnings(&deck).join("\n")
@@ -281,7 +281,7 @@ fn empty_selection_names_nearest_item() {
     let mut deck = plain.clone();
     deck.stage = vec![relax_stage("weight"), relax_stage("dig")];
     let from = Some("dig".to_owned());
-    deck.remove.push(Remove { region: beyond.clone(), from, ..Remove::default() });
+    deck.remove.push(Remove { r#where: beyond.clone(), from, ..Remove::default() });
     let message = faults(&deck);
     assert!(message.contains("remove[1].where") && message.contains("no block there"), "{message}");
     // The block at [3.5, 3.5, 3.5] has been removed, so the nearest is one of those beside it.
@@ -290,7 +290,7 @@ fn empty_selection_names_nearest_item() {
     let assign = |joint: bool, material: bool| {
         let name = |wanted: bool, name: &str| wanted.then(|| name.to_owned());
         let (joint, material) = (name(joint, "seam"), name(material, "clay"));
-        let entry = Assign { region: beyond.clone(), joint, material, ..Assign::default() };
+        let entry = Assign { r#where: beyond.clone(), joint, material, ..Assign::default() };
         faults(&Deck { assign: vec![entry], ..plain.clone() })
     };
     let message = assign(false, true);
@@ -343,9 +343,9 @@ fn two_charges_in_one_cavity_warn() {
 #[test]
 fn cavity_among_differently_split_blocks_is_named() {
     let mut deck = boxes(&[]);
-    deck.refine.push(Refine { region: within([1.0; 3], [2.0; 3]), factor: 2 });
+    deck.refine.push(Refine { r#where: within([1.0; 3], [2.0; 3]), factor: 2 });
     let region = within([1.0; 3], [2.0; 3]);
-    deck.remove.push(Remove { region: region.clone(), ..Remove::default() });
+    deck.remove.push(Remove { r#where: region.clone(), ..Remove::default() });
     deck.charge.push(tnt(region, 100.0));
     let message = faults(&deck);
     assert!(message.contains("there is a cavity") && message.contains("a block more"), "{message}");
@@ -362,7 +362,7 @@ fn removed_whole_set_warns() {
         BlockSet { name: Some("lining".into()), origin: [9.0; 3], ..deck.blocks[0].clone() };
     deck.blocks.push(lining);
     assert!(!crate::decks::warnings(&deck).iter().any(|message| message.contains("[empty-set]")));
-    deck.remove.push(Remove { region: within([8.0; 3], [20.0; 3]), ..Remove::default() });
+    deck.remove.push(Remove { r#where: within([8.0; 3], [20.0; 3]), ..Remove::default() });
     assert!(one_of(&deck, "[empty-set]").contains("all blocks of set `lining`"));
 }
 
@@ -372,7 +372,7 @@ fn removed_whole_set_warns() {
 fn support_normal_to_boundary_is_named() {
     let mut deck = boxes(&[]);
     let side = Boundary {
-        region: plane(0, 0.0),
+        r#where: plane(0, 0.0),
         kind: BoundaryKind::Viscous,
         velocity: None,
         history: None,

@@ -33,16 +33,16 @@ impl Sampler {
         deck: &Deck,
         model: &Model,
     ) -> Result<Self, Fault> {
-        let nodes = match (&probe.at, &probe.region) {
+        let nodes = match (&probe.at, &probe.r#where) {
             (Some(at), _) => vec![model.nearest_node(*at) as u32],
-            (None, Some(region)) => region.nodes(model).map_err(|mut fault| {
+            (None, Some(selector)) => selector.nodes(model).map_err(|mut fault| {
                 fault.place = format!("probe[{index}].{}", fault.place);
                 fault
             })?,
             (None, None) => Vec::new(),
         };
-        if let Some(region) = probe.region.as_ref().filter(|_| nodes.is_empty()) {
-            return Err(region.no_node(model, format!("probe[{index}].where")));
+        if let Some(selector) = probe.r#where.as_ref().filter(|_| nodes.is_empty()) {
+            return Err(selector.no_node(model, format!("probe[{index}].where")));
         }
         let field = field(probe.quantity, index, model)?;
         let values: Vec<Value> = match (field.map(|field| field.on), probe.at) {

@@ -43,7 +43,7 @@ pub struct Report {
     pub bytes: u64,
     /// Size of each charge before it detonates.
     pub charges: Vec<ChargeSize>,
-    /// Blocks that curved and slanted regions have selected.
+    /// Blocks that curved and slanted shapes have selected.
     pub selections: Vec<Selection>,
     /// Estimate of each stage.
     pub stages: Vec<Plan>,

@@ -30,7 +30,7 @@ mod configuration;
 mod contact_model;
 mod forces;
 mod friction;
-mod history;
+mod history_transfer;
 mod patch_builder;
 mod release;
 mod search;

@@ -7,7 +7,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::history::{OldPatch, PatchHistory, PointHistory};
+use super::history_transfer::{OldPatch, PatchHistory, PointHistory};
 use super::side::{ContactSide, are_disjoint, are_parallel, edge_node, edge_point, node_at};
 use super::surfaces::sides_of;
 use super::{

@@ -18,8 +18,8 @@ use ddem_mesh::joint_sections::{JointSection, JointSections};
 use ddem_mesh::pack::{Pack, Packs};
 use ddem_mesh::{Geometry, Vec3};
 
-/// Motion of a mobilised joint, as a fraction of the spacing of its pairs. Such a joint no longer
-/// keeps the blocks around it from meeting.
+/// Slip or opening beyond which a joint is mobilised, as a fraction of the spacing of its pairs. The
+/// blocks around a mobilised joint may meet.
 pub(super) const LOOSE: f64 = 0.01;
 /// Slip of a joint at its release, as a fraction of the spacing of its pairs.
 pub(super) const SLID: f64 = 0.5;

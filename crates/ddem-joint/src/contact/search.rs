@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::history::OldPatch;
+use super::history_transfer::OldPatch;
 use super::patch_builder::PatchBuilder;
 use super::release::{JointLookup, JointStatus};
 use super::{

@@ -69,7 +69,7 @@ pub struct Traction {
 
 /// Displacement of side b relative to side a, from the position without spring force `[m]`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Opening {
+pub struct JointDisplacement {
     /// Normal component, opening positive `[m]`.
     pub normal: f64,
     /// Component in the plane of the joint `[m]`.

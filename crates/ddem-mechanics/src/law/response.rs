@@ -17,32 +17,33 @@
 //! Otherwise a point that opens and closes under little pressure would gain energy.
 //!
 //! In a relaxation slip, dilation and damage follow the direct path from the last equilibrium. They
-//! depend on the present opening alone, not on how often the motion went past it.
+//! depend on the present displacement alone, not on how often the motion went past it.
 
 use nalgebra::Vector2;
 
 use super::{
-    Equilibrium, JointLaw, Opening, PointLoss, PointState, Softening, SpringStiffness, Traction,
+    Equilibrium, JointDisplacement, JointLaw, PointLoss, PointState, Softening, SpringStiffness,
+    Traction,
 };
 
 /// Damage of faces that have parted: only friction is left.
 const PARTED: f64 = 2.0;
 
-/// Updates the state of a failed point, with its traction, for an opening. Returns the losses since
+/// Updates the state and the traction of a failed point for a displacement. Returns the losses since
 /// the last update `[J/m²]`. With [`PointState::equilibrium`] slip and damage continue from there.
 #[inline(always)]
 pub(super) fn respond<L: JointLaw + ?Sized>(
     law: &L,
     stiffness: SpringStiffness,
-    opening: Opening,
+    displacement: JointDisplacement,
     state: &mut PointState,
 ) -> PointLoss {
     let before = *state;
     let given = law.softening();
     let softening = given.unwrap_or_default();
-    let gap = opening.normal - before.dilation;
+    let gap = displacement.normal - before.dilation;
     if let Some(equilibrium) = before.equilibrium {
-        state.slip = equilibrium.stuck(opening, gap);
+        state.slip = equilibrium.stuck(displacement, gap);
         // Faces that have parted since the equilibrium stay parted.
         state.damage = if before.damage >= PARTED { PARTED } else { equilibrium.damage };
     }
@@ -62,7 +63,7 @@ pub(super) fn respond<L: JointLaw + ?Sized>(
     };
     (state.gap, state.applied_dilation) = (gap, before.dilation);
     state.traction.normal = normal;
-    slide(law, stiffness.shear, softening, opening, state);
+    slide(law, stiffness.shear, softening, displacement, state);
     let tan_dilation = law.tan_dilation();
     if tan_dilation > 0.0 {
         // Sliding back over the roughness closes the opening that slip caused.
@@ -91,13 +92,13 @@ fn contact_fraction(before: &PointState, gap: f64) -> f64 {
 }
 
 impl Equilibrium {
-    /// Slip at which a point begins to stick on the direct path to an opening. If it was open
+    /// Slip at which a point begins to stick on the direct path to a displacement. If it was open
     /// without a bond, this is the position at which it closes.
-    fn stuck(&self, opening: Opening, gap: f64) -> Vector2<f64> {
+    fn stuck(&self, displacement: JointDisplacement, gap: f64) -> Vector2<f64> {
         if self.damage < 1.0 || self.gap <= 0.0 || gap >= 0.0 {
             return self.slip;
         }
-        self.slip + (opening.shear - self.slip) * (self.gap / (self.gap - gap))
+        self.slip + (displacement.shear - self.slip) * (self.gap / (self.gap - gap))
     }
 }
 
@@ -135,10 +136,10 @@ fn slide<L: JointLaw + ?Sized>(
     law: &L,
     stiffness: f64,
     softening: Softening,
-    opening: Opening,
+    displacement: JointDisplacement,
     state: &mut PointState,
 ) {
-    let trial = (opening.shear - state.slip) * stiffness;
+    let trial = (displacement.shear - state.slip) * stiffness;
     let size = trial.norm();
     let (peak, residual) = limits(law, state);
     let damage = state.damage.min(1.0);
@@ -158,9 +159,9 @@ fn slide<L: JointLaw + ?Sized>(
     }
     state.traction.shear = if strength > 0.0 { trial * (strength / size) } else { trial * 0.0 };
     state.slip = if strength > 0.0 {
-        opening.shear - state.traction.shear / stiffness
+        displacement.shear - state.traction.shear / stiffness
     } else {
-        opening.shear
+        displacement.shear
     };
 }
 

@@ -14,7 +14,7 @@
 use nalgebra::Vector3;
 
 use super::response::respond;
-use super::{JointLaw, Opening, PointLoss, PointState, SpringStiffness, Traction};
+use super::{JointDisplacement, JointLaw, PointLoss, PointState, SpringStiffness, Traction};
 
 /// Largest correction traction, as a fraction of the spring stiffness times the displacement
 /// increment of a step. Faces that part within a step have at most this deficit.
@@ -33,23 +33,23 @@ pub struct PointSprings {
 }
 
 impl PointSprings {
-    /// Updates the state of a point, with the tractions of springs and dashpot, for an opening.
+    /// Updates the state and the tractions of a point, by springs and dashpot, for a displacement.
     /// Returns the losses since the last update `[J/m²]`.
     #[inline(always)]
     pub fn update<L: JointLaw + ?Sized>(
         &self,
         law: &L,
-        opening: Opening,
+        displacement: JointDisplacement,
         state: &mut PointState,
     ) -> PointLoss {
-        let du = opening.normal - (state.gap + state.applied_dilation);
+        let du = displacement.normal - (state.gap + state.applied_dilation);
         let last = state.added_tractions;
         if let Some(time_step) = self.time_step {
             // The dashpot is set before the springs, because friction depends on it.
             let dashpot = if time_step > 0.0 { self.dashpot * du / time_step } else { 0.0 };
             state.added_tractions = [dashpot, 0.0];
         }
-        let mut loss = respond(law, self.stiffness, opening, state);
+        let mut loss = respond(law, self.stiffness, displacement, state);
         // Friction that returns energy would create it, so the energy excess decreases. In a
         // relaxation it only undoes slip that overshot.
         let given = if state.equilibrium.is_some() { 0.0 } else { loss.friction.min(0.0) };

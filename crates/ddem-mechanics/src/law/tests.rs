@@ -28,7 +28,7 @@ fn tan(degrees: f64) -> f64 {
 /// Moves a point that has just reached its peak along a path and adds up its losses.
 fn lead(
     law: &dyn JointLaw,
-    path: impl Iterator<Item = Opening>,
+    path: impl Iterator<Item = JointDisplacement>,
     start: PointState,
 ) -> (PointState, PointLoss) {
     let (mut state, mut sum) = (start, PointLoss::default());
@@ -40,8 +40,8 @@ fn lead(
     (state, sum)
 }
 
-fn at(normal: f64, shear: f64) -> Opening {
-    Opening { normal, shear: Vector2::new(0.6, 0.8) * shear }
+fn at(normal: f64, shear: f64) -> JointDisplacement {
+    JointDisplacement { normal, shear: Vector2::new(0.6, 0.8) * shear }
 }
 
 #[test]
@@ -140,8 +140,8 @@ fn separated_faces_have_no_cohesion() {
     let slides = |i: i32| at(pressed, f64::from(i) * 1e-5);
     for corrects in [false, true] {
         let mut state = PointState::default();
-        let mut shear_at = |opening: Opening| {
-            respond(&law, STIFFNESS, opening, &mut state);
+        let mut shear_at = |displacement: JointDisplacement| {
+            respond(&law, STIFFNESS, displacement, &mut state);
             state.traction.shear.norm()
         };
         let slid = (1..=1000).map(slides).map(&mut shear_at).fold(0.0, |_, shear| shear);

@@ -11,7 +11,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::geometry::Region;
+use super::super::geometry::Selector;
 use super::holes::{CellIndex, Holes, Wall, beside, blocks_in, face, walls};
 use super::mesh::SurfaceBuilder;
 use ddem_core::problem::{
@@ -51,18 +51,18 @@ pub(super) enum CavityEnd {
     Set(usize),
 }
 
-/// Cavities with walls that a region selects.
-pub(super) fn cavities(region: &Region, holes: &Holes<'_>) -> Vec<Cavity> {
+/// Cavities with walls that a `where` selects.
+pub(super) fn cavities(selector: &Selector, holes: &Holes<'_>) -> Vec<Cavity> {
     let (mut cavities, geometry) = (Vec::new(), holes.geometry);
-    for (lattice, empty) in holes.empty_near(region) {
+    for (lattice, empty) in holes.empty_near(selector) {
         let selected: BTreeMap<Wall, BlockFace> = walls(lattice, &empty)
             .filter(|(_, surface)| {
-                region.contains_face(&surface.centre(geometry), &surface.outward(geometry))
+                selector.contains_face(&surface.centre(geometry), &surface.outward(geometry))
             })
             .collect();
         let mut cells: BTreeSet<CellIndex> = selected.keys().map(|wall| wall.0).collect();
         if !cells.is_empty() {
-            cells.extend(empty.iter().filter(|cell| region.in_ranges(&lattice.centre(**cell))));
+            cells.extend(empty.iter().filter(|cell| selector.in_ranges(&lattice.centre(**cell))));
         }
         while let Some(cell) = cells.first().copied() {
             let part = connected(lattice, &mut cells, cell);

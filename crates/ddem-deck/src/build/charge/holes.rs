@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::super::geometry::Region;
+use super::super::geometry::Selector;
 use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, NONE, Vec3, bounds_of, moved_to};
 
 pub(super) type CellIndex = [usize; 3];
@@ -61,32 +61,35 @@ impl<'a> Holes<'a> {
         Self { geometry, all: geometry.lattices.iter().map(hollow).collect() }
     }
 
-    /// Lattices of the sets of a region, with their empty cells.
-    pub(super) fn of(&self, region: &Region) -> impl Iterator<Item = (&'a Lattice, &[CellIndex])> {
-        let own = self.all.iter().filter(|hollow| region.has_set(hollow.lattice.set));
+    /// Lattices of the sets of a selector, with their empty cells.
+    pub(super) fn of(
+        &self,
+        selector: &Selector,
+    ) -> impl Iterator<Item = (&'a Lattice, &[CellIndex])> {
+        let own = self.all.iter().filter(|hollow| selector.has_set(hollow.lattice.set));
         own.map(|hollow| (hollow.lattice, &hollow.empty[..]))
     }
 
-    /// Lattices near a region, with the ranges of cells there.
+    /// Lattices near a selector, with the ranges of cells there.
     fn near(
         &self,
-        region: &Region,
+        selector: &Selector,
     ) -> impl Iterator<Item = (&LatticeHoles<'a>, [Range<usize>; 3])> {
-        let own = self.all.iter().filter(|hollow| region.has_set(hollow.lattice.set));
+        let own = self.all.iter().filter(|hollow| selector.has_set(hollow.lattice.set));
         own.filter_map(|hollow| {
-            let ends = region.part_of(&hollow.bounds)?;
+            let ends = selector.part_of(&hollow.bounds)?;
             let corner = |k: usize| Vec3::from([0, 1, 2].map(|d| ends[k >> d & 1][d]));
             let corners: [Vec3; 8] = std::array::from_fn(corner);
             Some((hollow, hollow.lattice.cells_among(&corners)))
         })
     }
 
-    /// Lattices near a region, with the empty cells there.
+    /// Lattices near a selector, with the empty cells there.
     pub(super) fn empty_near(
         &self,
-        region: &Region,
+        selector: &Selector,
     ) -> impl Iterator<Item = (&'a Lattice, Vec<CellIndex>)> {
-        self.near(region).map(|(LatticeHoles { lattice, empty, .. }, [x, y, z])| {
+        self.near(selector).map(|(LatticeHoles { lattice, empty, .. }, [x, y, z])| {
             let from = empty.partition_point(|cell| cell[2] < z.start);
             let to = empty.partition_point(|cell| cell[2] < z.end);
             let there = |cell: &&CellIndex| x.contains(&cell[0]) && y.contains(&cell[1]);
@@ -94,9 +97,9 @@ impl<'a> Holes<'a> {
         })
     }
 
-    /// Blocks near a region, in order.
-    pub(super) fn blocks_near(&self, region: &Region) -> impl Iterator<Item = usize> {
-        self.near(region).flat_map(|(hollow, cells)| blocks_in(hollow.lattice, cells))
+    /// Blocks near a selector, in order.
+    pub(super) fn blocks_near(&self, selector: &Selector) -> impl Iterator<Item = usize> {
+        self.near(selector).flat_map(|(hollow, cells)| blocks_in(hollow.lattice, cells))
     }
 
     /// Lattices whose boxes meet a box.

@@ -12,7 +12,7 @@ use self::holes::walls;
 pub(super) use self::holes::{Holes, is_wall};
 use self::mesh::SurfaceBuilder;
 use super::geometry::touching::TouchingFaces;
-use super::geometry::{Region, place};
+use super::geometry::{Selector, place};
 use crate::lint::Diagnostic;
 use crate::schema::{self, ChargeHistory, Deck};
 use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3};
@@ -23,10 +23,10 @@ use ddem_core::{ErrorCode, Fault};
 pub(super) fn charge(
     index: usize,
     deck: &Deck,
-    region: &Region,
+    selector: &Selector,
     holes: &Holes<'_>,
 ) -> Result<(GasCharge, Vec<Diagnostic>), Fault> {
-    let (cavities, geometry) = (cavities(region, holes), holes.geometry);
+    let (cavities, geometry) = (cavities(selector, holes), holes.geometry);
     let mut warnings = warnings::of_cavities(index, &cavities, deck, geometry);
     let mut size = ChargeSize {
         walls: cavities.iter().map(|cavity| cavity.walls[0]).sum(),
@@ -39,16 +39,16 @@ pub(super) fn charge(
         .collect();
     let in_cavity = !parts.is_empty();
     if !in_cavity {
-        let near = holes.blocks_near(region);
+        let near = holes.blocks_near(selector);
         let joints = near.flat_map(|block| joints_of(geometry, block));
-        let inside: Vec<_> = joints.filter(|s| selects(region, geometry, s)).collect();
-        warnings.extend(warnings::of_joints(index, inside.len(), region, holes));
+        let inside: Vec<_> = joints.filter(|s| selects(selector, geometry, s)).collect();
+        warnings.extend(warnings::of_joints(index, inside.len(), selector, holes));
         size.joints = inside.len();
         size.area = inside.iter().map(|sides| sides[0].area(geometry)).sum();
         parts.extend(inside.iter().map(|sides| joint_surface(geometry, sides)));
     }
     if parts.is_empty() {
-        return Err(no_face(index, region, holes));
+        return Err(no_face(index, selector, holes));
     }
     let all: BTreeSet<u32> = parts.iter().flat_map(|(mesh, ..)| mesh.nodes()).collect();
     let nodes: Vec<u32> = all.into_iter().collect();
@@ -131,9 +131,9 @@ fn joints_of(geometry: &Geometry, block: usize) -> impl Iterator<Item = [BlockFa
     })
 }
 
-fn selects(region: &Region, geometry: &Geometry, sides: &[BlockFace; 2]) -> bool {
-    region.has_set(geometry.set(sides[0].block))
-        && region.contains_face(&between(geometry, sides), &sides[0].outward(geometry))
+fn selects(selector: &Selector, geometry: &Geometry, sides: &[BlockFace; 2]) -> bool {
+    selector.has_set(geometry.set(sides[0].block))
+        && selector.contains_face(&between(geometry, sides), &sides[0].outward(geometry))
 }
 
 /// Surface of a gas in a joint: both faces and the strips between their edges.
@@ -156,31 +156,31 @@ fn joint_surface(geometry: &Geometry, sides: &[BlockFace; 2]) -> (SurfaceBuilder
 }
 
 /// Fault of a charge that selects nothing; it names the nearest candidate.
-fn no_face(index: usize, region: &Region, holes: &Holes<'_>) -> Fault {
+fn no_face(index: usize, selector: &Selector, holes: &Holes<'_>) -> Fault {
     let geometry = holes.geometry;
     let what = "selects nothing: no wall of a cavity and no joint has its centre there";
     let fault = Fault::new(ErrorCode::EmptySelection, format!("charge[{index}].where"), what);
-    if TouchingFaces(geometry).joins_at(region) > 0 {
+    if TouchingFaces(geometry).joins_at(selector) > 0 {
         return fault.help(
             "gas does not push joints between faces that do not match: split the blocks on both sides alike",
         );
     }
     let hole = |(lattice, empty): (&Lattice, &[[usize; 3]])| {
-        let selected = empty.iter().any(|cell| region.contains(&lattice.centre(*cell)));
+        let selected = empty.iter().any(|cell| selector.contains(&lattice.centre(*cell)));
         selected && walls(lattice, empty).next().is_none()
     };
-    if holes.of(region).any(hole) {
+    if holes.of(selector).any(hole) {
         return fault.help(
             "there is a cavity, but gas does not push faces that do not match: `[[refine]]` a block more on \
              all sides of it, so that the blocks around it are split as it is",
         );
     }
-    let cavity = holes.of(region).flat_map(|(lattice, empty)| walls(lattice, empty));
+    let cavity = holes.of(selector).flat_map(|(lattice, empty)| walls(lattice, empty));
     let cavity = cavity.map(|(_, surface)| ("wall of a cavity", surface.centre(geometry)));
     let joints = (0..geometry.blocks.len()).flat_map(|block| joints_of(geometry, block));
-    let joints = joints.filter(|s| region.has_set(geometry.set(s[0].block)));
+    let joints = joints.filter(|s| selector.has_set(geometry.set(s[0].block)));
     let joints = joints.map(|sides| ("joint", between(geometry, &sides)));
-    let far = |x: &Vec3| region.distance(x, x);
+    let far = |x: &Vec3| selector.distance(x, x);
     let nearest = cavity.chain(joints).min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)));
     match nearest {
         Some((kind, at)) => {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::geometry::touching::TouchingFaces;
-use super::super::geometry::{Region, place};
+use super::super::geometry::{Selector, place};
 use super::cavity::{Cavity, CavityEnd};
 use super::holes::Holes;
 use crate::lint::{Code, Diagnostic};
@@ -95,11 +95,11 @@ fn ended(index: usize, end: CavityEnd, at: Vec3, deck: &Deck) -> Diagnostic {
 pub(super) fn of_joints(
     index: usize,
     joints: usize,
-    region: &Region,
+    selector: &Selector,
     holes: &Holes<'_>,
 ) -> Vec<Diagnostic> {
     let (mut warnings, geometry) = (Vec::new(), holes.geometry);
-    let others = TouchingFaces(geometry).joins_at(region);
+    let others = TouchingFaces(geometry).joins_at(selector);
     if others > 0 {
         let others = counted(others, "joint");
         let message = format!("the gas does not push {others} between faces that do not match");
@@ -109,13 +109,13 @@ pub(super) fn of_joints(
     // A sphere or cylinder around the centre of a block probably stands for a hole that nobody has
     // removed. If it is wider than two blocks, it may select the joints of a part of the model.
     // Regions with planes select joints, too.
-    let hole = region.is_round() && region.planes() == 0;
+    let hole = selector.is_round() && selector.planes() == 0;
     let inside = |&block: &usize| {
         let (centre, edge) = (geometry.centre(block), geometry.shortest_edge(block));
-        region.in_ranges(&centre)
-            && region.off_middle(&centre).is_some_and(|[off, r]| off < 0.25 * edge && r <= edge)
+        selector.in_ranges(&centre)
+            && selector.off_middle(&centre).is_some_and(|[off, r]| off < 0.25 * edge && r <= edge)
     };
-    if hole && let Some(block) = holes.blocks_near(region).find(inside) {
+    if hole && let Some(block) = holes.blocks_near(selector).find(inside) {
         let message = format!(
             "no cavity is found: there is a block at {}, and the charge acts on {}",
             place(geometry.centre(block)),

@@ -61,7 +61,8 @@ fn times(v: [f64; 3], factor: f64) -> [f64; 3] {
 
 #[test]
 fn line_load_has_exact_length_and_centre() {
-    let line = |region: Where| deck(Load { region, line: Some(UP), ..Load::default() });
+    let line =
+        |selector: Where| deck(Load { r#where: selector, line: Some(UP), ..Load::default() });
     // Lines along y on the top, across a gap: at an edge and inside a gap. Then a line along x
     // inside a gap.
     check(&line(planes([plane(0.0), None, plane(1.0)])), times(UP, 2.0), [0.0, 1.0, 1.0]);
@@ -73,8 +74,9 @@ fn line_load_has_exact_length_and_centre() {
 fn range_cuts_line_exactly() {
     for (from, to) in [(0.3, 1.7), (0.0, 0.1), (0.5, 1.0), (0.995, 1.003), (-3.0, 0.77), (0.4, 0.5)]
     {
-        let region = planes([plane(0.0), range(from, to), plane(1.0)]);
-        let (sum, _) = resultant(&deck(Load { region, line: Some(UP), ..Load::default() }));
+        let selector = planes([plane(0.0), range(from, to), plane(1.0)]);
+        let (sum, _) =
+            resultant(&deck(Load { r#where: selector, line: Some(UP), ..Load::default() }));
         let length = to - f64::max(from, 0.0);
         assert!((sum - Vec3::from(UP) * length).norm() < 1e-12, "{from}…{to}: {sum}");
     }
@@ -82,7 +84,8 @@ fn range_cuts_line_exactly() {
 
 #[test]
 fn face_load_has_exact_area_and_centroid() {
-    let traction = |region: Where| deck(Load { region, traction: Some(UP), ..Load::default() });
+    let traction =
+        |selector: Where| deck(Load { r#where: selector, traction: Some(UP), ..Load::default() });
     check(&traction(planes([None, None, plane(1.0)])), times(UP, 8.0), [2.0, 1.0, 1.0]);
     check(&traction(planes([plane(4.0), None, None])), times(UP, 2.0), [4.0, 1.0, 0.5]);
     check(&traction(planes([None, plane(0.0), None])), times(UP, 4.0), [2.0, 0.0, 0.5]);
@@ -97,8 +100,9 @@ fn ranges_cut_face_exactly() {
         [1.995, 2.004, 0.2, 1.9],
         [1.995, 3.0, 0.0, 1.0],
     ] {
-        let region = planes([range(from, to), range(low, high), plane(1.0)]);
-        let (sum, _) = resultant(&deck(Load { region, traction: Some(UP), ..Load::default() }));
+        let selector = planes([range(from, to), range(low, high), plane(1.0)]);
+        let (sum, _) =
+            resultant(&deck(Load { r#where: selector, traction: Some(UP), ..Load::default() }));
         let area = (to - from) * (high - low);
         assert!((sum - Vec3::from(UP) * area).norm() < 1e-12, "{from} {to} {low} {high}: {sum}");
     }
@@ -114,14 +118,15 @@ fn pressure_on_all_faces_has_no_resultant() {
 
 #[test]
 fn pressure_acts_inward() {
-    let region = planes([None, None, plane(1.0)]);
-    let pressed = deck(Load { region, pressure: Some(5.0), ..Load::default() });
+    let selector = planes([None, None, plane(1.0)]);
+    let pressed = deck(Load { r#where: selector, pressure: Some(5.0), ..Load::default() });
     check(&pressed, [0.0, 0.0, -40.0], [2.0, 1.0, 1.0]);
 }
 
 #[test]
 fn force_is_shared_by_tributary_size() {
-    let force = |region: Where| deck(Load { region, force: Some(UP), ..Load::default() });
+    let force =
+        |selector: Where| deck(Load { r#where: selector, force: Some(UP), ..Load::default() });
     check(&force(Where::default()), UP, [2.0, 1.0, 0.5]);
     check(&force(planes([None, None, plane(1.0)])), UP, [2.0, 1.0, 1.0]);
     check(&force(planes([plane(2.0), None, plane(1.0)])), UP, [2.0, 1.0, 1.0]);
@@ -179,7 +184,8 @@ fn conditions_act_within_their_stages() {
 #[test]
 fn half_space_cuts_face_like_range() {
     let below = |z: f64| Where { below: Some(Sheet::Level(z)), ..planes([plane(0.0), None, None]) };
-    let traction = |region: Where| deck(Load { region, traction: Some(UP), ..Load::default() });
+    let traction =
+        |selector: Where| deck(Load { r#where: selector, traction: Some(UP), ..Load::default() });
     // Each nodal force acts at its node, so only the resultant force is exact, not its moment.
     for z in [0.1, 0.37, 0.9, 7.0] {
         let (sum, _) = resultant(&traction(below(z)));
@@ -201,15 +207,15 @@ fn rotated_set_has_exact_lines_and_faces() {
         let across =
             Plane { point: at(x, 0.0, 0.0), normal: Some(at(-2.0, 0.0, 0.0)), ..Plane::default() };
         let side = Some(Side::HighZ);
-        let region = Where { plane: Some(across), side, ..Where::default() };
-        let line = Load { region, line: Some(UP), ..Load::default() };
+        let selector = Where { plane: Some(across), side, ..Where::default() };
+        let line = Load { r#where: selector, line: Some(UP), ..Load::default() };
         check(&turned(deck(line)), times(UP, 2.0), at(x, 1.0, 1.0));
     }
-    let region = Where { dip: Some(30.0), dip_direction: Some(90.0), ..Where::default() };
-    let both = Load { region: region.clone(), traction: Some(UP), ..Load::default() };
+    let selector = Where { dip: Some(30.0), dip_direction: Some(90.0), ..Where::default() };
+    let both = Load { r#where: selector.clone(), traction: Some(UP), ..Load::default() };
     check(&turned(deck(both)), times(UP, 16.0), at(2.0, 1.0, 0.5));
-    let region = Where { above: Some(Sheet::Level(0.0)), side: Some(Side::HighZ), ..region };
-    let top = Load { region, pressure: Some(5.0), ..Load::default() };
+    let selector = Where { above: Some(Sheet::Level(0.0)), side: Some(Side::HighZ), ..selector };
+    let top = Load { r#where: selector, pressure: Some(5.0), ..Load::default() };
     // The half-space cuts the upper side along the set's y axis, at z = 0.
     let (sum, _) = resultant(&turned(deck(top)));
     let length = c / s;

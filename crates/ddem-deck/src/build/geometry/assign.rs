@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::empty_selection::{no_block, no_joint, nothing};
 use super::mesh;
 use super::touching::{TouchingFaces, nonconforming_joints};
-use super::{Names, Region};
+use super::{Names, Selector};
 use crate::schema::names::segment;
 use crate::schema::{Assign, Deck, Joint};
 use ddem_core::problem::{Geometry, Lattice, NO_JOINT, Sets};
@@ -32,19 +32,19 @@ pub(super) fn assign(
     lattices: &mut [Arc<Lattice>],
     (deck, names): (&Deck, &Names),
     stage: usize,
-    region: &dyn Fn(&Assign) -> Region,
+    selector: &dyn Fn(&Assign) -> Selector,
 ) -> Vec<usize> {
     let mut unused = Vec::new();
     for (index, entry) in in_force(deck, stage) {
-        let region = region(entry);
+        let selector = selector(entry);
         let mut found = false;
-        for lattice in lattices.iter_mut().filter(|lattice| region.has_set(lattice.set)) {
+        for lattice in lattices.iter_mut().filter(|lattice| selector.has_set(lattice.set)) {
             let lattice = Arc::make_mut(lattice);
             if let Some(joint) = entry.joint.as_ref().and_then(|name| names.joint(name)) {
-                found |= region.assign_joint(lattice, joint);
+                found |= selector.assign_joint(lattice, joint);
             }
             if let Some(material) = entry.material.as_ref().and_then(|n| names.material(n)) {
-                found |= region.assign_material(lattice, material);
+                found |= selector.assign_material(lattice, material);
             }
         }
         if !found {
@@ -62,8 +62,8 @@ pub(super) fn reassign(
     (deck, names, sets): (&Deck, &Names, &Sets),
     stage: usize,
 ) -> Vec<Fault> {
-    let region = |entry: &Assign| Region::new(&entry.region, sets);
-    let unused = assign(&mut lattices, (deck, names), stage, &region);
+    let selector = |entry: &Assign| Selector::new(&entry.r#where, sets);
+    let unused = assign(&mut lattices, (deck, names), stage, &selector);
     let before = geometry.clone();
     let mut other_materials = false;
     for (own, new) in geometry.lattices.iter_mut().zip(lattices) {
@@ -94,7 +94,7 @@ pub(super) fn reassign(
     joined.retain(|joint_pair| before.joint_of(joint_pair.blocks).is_some());
     geometry.join(joined);
     geometry.unjoined_faces = Arc::new(unjoined);
-    let mut faults = unused_faults(geometry, deck, &unused, &region);
+    let mut faults = unused_faults(geometry, deck, &unused, &selector);
     faults.extend(changed(geometry, &before, (deck, names), stage));
     faults
 }
@@ -104,25 +104,30 @@ pub(super) fn unused_faults(
     geometry: &Geometry,
     deck: &Deck,
     unused: &[usize],
-    region: &dyn Fn(&Assign) -> Region,
+    selector: &dyn Fn(&Assign) -> Selector,
 ) -> Vec<Fault> {
     let fault = |&index: &usize| {
-        let (entry, region) = (&deck.assign[index], region(&deck.assign[index]));
-        (TouchingFaces(geometry).joins_at(&region) == 0)
-            .then(|| assigns_nothing(geometry, index, entry, &region))
+        let (entry, selector) = (&deck.assign[index], selector(&deck.assign[index]));
+        (TouchingFaces(geometry).joins_at(&selector) == 0)
+            .then(|| assigns_nothing(geometry, index, entry, &selector))
     };
     unused.iter().filter_map(fault).collect()
 }
 
-/// Fault of an `assign` that finds nothing in its region.
-fn assigns_nothing(geometry: &Geometry, index: usize, entry: &Assign, region: &Region) -> Fault {
+/// Fault of an `assign` that finds nothing.
+fn assigns_nothing(
+    geometry: &Geometry,
+    index: usize,
+    entry: &Assign,
+    selector: &Selector,
+) -> Fault {
     let place = format!("assign[{index}].where");
     match (&entry.joint, &entry.material) {
         (Some(_), Some(_)) => {
-            no_block(nothing(place, "no joint and no block"), region, &geometry.lattices)
+            no_block(nothing(place, "no joint and no block"), selector, &geometry.lattices)
         }
-        (Some(_), None) => no_joint(nothing(place, "no joint"), region, &geometry.lattices),
-        _ => no_block(nothing(place, "no block"), region, &geometry.lattices),
+        (Some(_), None) => no_joint(nothing(place, "no joint"), selector, &geometry.lattices),
+        _ => no_block(nothing(place, "no block"), selector, &geometry.lattices),
     }
 }
 

@@ -1,6 +1,6 @@
 //! Convex polyhedra, and the parts that planes cut off them.
 
-use super::region::PlaneEquation;
+use super::selector::PlaneEquation;
 use ddem_core::problem::Vec3;
 
 /// Number of sides of the prism that represents a cylinder with the same cross-sectional area.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::region::Region;
+use super::selector::Selector;
 use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3, moved_to};
 use ddem_core::{ErrorCode, Fault};
 
@@ -13,7 +13,7 @@ pub(crate) fn nothing(place: String, what: &str) -> Fault {
 }
 
 /// Rules by which planes and ranges select.
-const RULES: &str = "planes are met within 1e-6 of the region's size; ranges include their ends";
+const RULES: &str = "planes are met within 1e-6 of the model's size; ranges include their ends";
 
 /// Position as text, in the notation of a deck.
 pub(crate) fn place(x: Vec3) -> String {
@@ -23,18 +23,18 @@ pub(crate) fn place(x: Vec3) -> String {
 }
 
 /// Fault of a selection without blocks; it names the nearest block.
-pub(super) fn no_block(fault: Fault, region: &Region, lattices: &[Arc<Lattice>]) -> Fault {
-    let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
+pub(super) fn no_block(fault: Fault, selector: &Selector, lattices: &[Arc<Lattice>]) -> Fault {
+    let centres = lattices.iter().filter(|lattice| selector.has_set(lattice.set)).flat_map(|l| {
         let blocks = (0..l.block.len()).filter(|&at| l.has_block(at));
         blocks.map(|at| l.centre(l.cell(at)))
     });
     let what = "blocks count by their centroid: that of the nearest is";
-    nearest(fault, region, centres, what)
+    nearest(fault, selector, centres, what)
 }
 
 /// Fault of a selection without joints; it names the nearest joint.
-pub(super) fn no_joint(fault: Fault, region: &Region, lattices: &[Arc<Lattice>]) -> Fault {
-    let centres = lattices.iter().filter(|lattice| region.has_set(lattice.set)).flat_map(|l| {
+pub(super) fn no_joint(fault: Fault, selector: &Selector, lattices: &[Arc<Lattice>]) -> Fault {
+    let centres = lattices.iter().filter(|lattice| selector.has_set(lattice.set)).flat_map(|l| {
         let cells = (0..l.block.len()).filter(|&at| l.has_block(at)).map(|at| l.cell(at));
         let sides = cells.flat_map(|cell| (0..3).map(move |d| (cell, d)));
         let next = |cell: [usize; 3], d: usize| {
@@ -44,11 +44,16 @@ pub(super) fn no_joint(fault: Fault, region: &Region, lattices: &[Arc<Lattice>])
         let inner = sides.filter(move |(cell, d)| next(*cell, *d));
         inner.map(|(cell, d)| l.faces(cell, d)[1].iter().sum::<Vec3>() / 4.0)
     });
-    nearest(fault, region, centres, "joints count by their centre: that of the nearest is")
+    nearest(fault, selector, centres, "joints count by their centre: that of the nearest is")
 }
 
-fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what: &str) -> Fault {
-    let far = |x: &Vec3| region.distance(x, x);
+fn nearest(
+    fault: Fault,
+    selector: &Selector,
+    all: impl Iterator<Item = Vec3>,
+    what: &str,
+) -> Fault {
+    let far = |x: &Vec3| selector.distance(x, x);
     match all.min_by(|a, b| far(a).total_cmp(&far(b))) {
         Some(at) => fault.help(format!("{RULES}; {what} at {}", place(at))),
         None => fault,
@@ -56,19 +61,19 @@ fn nearest(fault: Fault, region: &Region, all: impl Iterator<Item = Vec3>, what:
 }
 
 /// Fault of a selection without outer faces; it names the nearest one.
-pub(crate) fn no_face(fault: Fault, region: &Region, geometry: &Geometry) -> Fault {
+pub(crate) fn no_face(fault: Fault, selector: &Selector, geometry: &Geometry) -> Fault {
     let blocks = (0..geometry.blocks.len())
-        .filter(|&block| !geometry.is_removed(block) && region.has_set(geometry.set(block)));
+        .filter(|&block| !geometry.is_removed(block) && selector.has_set(geometry.set(block)));
     let faces = blocks.flat_map(|block| FaceId::all().map(move |face| BlockFace { block, face }));
     let outer = faces.filter(|face| face.is_outer(geometry));
     let centres = outer.map(|face| face.centre(geometry));
-    nearest(fault, region, centres, "the nearest outer face has its centre")
+    nearest(fault, selector, centres, "the nearest outer face has its centre")
 }
 
 /// Fault of a selection without nodes; it names the nearest node.
-pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fault {
+pub(crate) fn no_node(place: String, selector: &Selector, geometry: &Geometry) -> Fault {
     let mut help = RULES.to_owned();
-    if let Some((block, node)) = region.nearest(geometry) {
+    if let Some((block, node)) = selector.nearest(geometry) {
         let size = (geometry.bounds[1] - geometry.bounds[0]).norm();
         let digits = (4.0 - libm::log10(size).floor()).clamp(0.0, 12.0) as usize;
         let show = |x: Vec3| {
@@ -89,8 +94,8 @@ pub(crate) fn no_node(place: String, region: &Region, geometry: &Geometry) -> Fa
     Fault::new(ErrorCode::EmptySelection, place, "selects nothing: no node there").help(help)
 }
 
-impl Region {
-    /// Nearest node and its block, for a region that selects nothing.
+impl Selector {
+    /// Nearest node and its block, for a `where` that selects nothing.
     pub(crate) fn nearest(&self, geometry: &Geometry) -> Option<(usize, Vec3)> {
         let mut nearest: Option<(f64, (usize, Vec3))> = None;
         for block in 0..geometry.blocks.len() {
@@ -111,7 +116,7 @@ impl Region {
         nearest.map(|(_, found)| found)
     }
 
-    /// Distance of a node from the region `[m]`: of the node `x` from the planes, and of the point
+    /// Distance of a node from the selector `[m]`: of the node `x` from the planes, and of the point
     /// `place` that counts for it from ranges and shapes.
     pub(crate) fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
         let out = |axis: usize| {

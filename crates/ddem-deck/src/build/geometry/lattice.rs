@@ -1,10 +1,10 @@
-//! Lattices of sets of blocks: their cuts and gaps, and the selections of regions in them.
+//! Lattices of sets of blocks: their cuts and gaps, and the cells that a `where` selects in them.
 
 use std::sync::Arc;
 
 use super::Names;
 use super::mesh;
-use super::region::{PlaneEquation, Region};
+use super::selector::{PlaneEquation, Selector};
 use crate::schema::names::segment;
 use crate::schema::{BlockSet, Body, Deck, JointChoice};
 use ddem_core::problem::{Lattice, NO_JOINT, NONE, Vec3};
@@ -99,7 +99,7 @@ fn lattice(
     })
 }
 
-impl Region {
+impl Selector {
     /// True if a cell is selected (§1 of the deck): its centroid lies in the ranges and shapes, and
     /// each plane contains the centroid or touches a face.
     pub(super) fn selects(&self, lattice: &Lattice, cell: [usize; 3]) -> bool {

@@ -9,9 +9,9 @@ mod mesh;
 mod orientation;
 mod overlap;
 mod refine;
-mod region;
 mod select;
 mod selection;
+mod selector;
 mod sets;
 mod solid;
 mod stages;
@@ -22,8 +22,8 @@ use empty_selection::no_block;
 pub(super) use empty_selection::{no_face, no_node, nothing, place};
 pub use interface::Interface;
 use lattice::lattices;
-pub(super) use region::Region;
 pub use selection::Selection;
+pub(super) use selector::Selector;
 pub(super) use stages::stages;
 pub(super) use terrain::uncovered;
 
@@ -33,36 +33,36 @@ use crate::schema::{Assign, Deck, Remove};
 use ddem_core::problem::{Geometry, Lattice, Sets};
 use ddem_core::{ErrorCode, Fault};
 
-/// Geometry of a deck at the start, with the sets to which its regions refer.
+/// Geometry of a deck at the start, with the sets to which its selectors refer.
 pub(in crate::build) struct Cut {
     pub(in crate::build) geometry: Geometry,
     pub(in crate::build) sets: Sets,
-    /// Blocks that curved and slanted regions have split or removed.
+    /// Blocks that curved and slanted shapes have split or removed.
     pub(in crate::build) selections: Vec<Selection>,
 }
 
 /// Cuts the sets, applies `assign` and `remove`, numbers blocks and nodes.
 pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault>> {
     let Refined { mut lattices, sets, mut selections, mut faults } = refined(deck, names)?;
-    let uncovered = |(at, region): (String, _)| uncovered((&at, region), &sets, &lattices);
-    let uncovered: Vec<Fault> = deck.regions().into_iter().flat_map(uncovered).collect();
+    let uncovered = |(at, selector): (String, _)| uncovered((&at, selector), &sets, &lattices);
+    let uncovered: Vec<Fault> = deck.selectors().into_iter().flat_map(uncovered).collect();
     if !uncovered.is_empty() {
         return Err(uncovered);
     }
-    let of = |entry: &Assign| Region::new(&entry.region, &sets);
+    let of = |entry: &Assign| Selector::new(&entry.r#where, &sets);
     let unused = assign::assign(&mut lattices, (deck, names), 0, &of);
     let never = |entry: &&Remove| entry.from.is_none();
     for (index, entry) in deck.remove.iter().enumerate().filter(|(_, e)| never(e)) {
-        let region = Region::new(&entry.region, &sets);
+        let selector = Selector::new(&entry.r#where, &sets);
         let what = (format!("remove[{index}]"), format!("remove {index}"));
-        selections.extend(Selection::new(what, &region, &sets, &lattices));
+        selections.extend(Selection::new(what, &selector, &sets, &lattices));
         let mut found = false;
         for lattice in lattices.iter_mut().map(Arc::make_mut) {
-            found |= region.has_set(lattice.set) && region.remove(lattice);
+            found |= selector.has_set(lattice.set) && selector.remove(lattice);
         }
         if !found {
             let fault = nothing(format!("remove[{index}].where"), "no block");
-            faults.push(no_block(fault, &region, &lattices));
+            faults.push(no_block(fault, &selector, &lattices));
         }
     }
     for lattice in lattices.iter_mut().map(Arc::make_mut) {
@@ -96,8 +96,8 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     Ok(Cut { geometry, sets, selections })
 }
 
-impl Region {
-    /// Blocks whose centroid lies in the region, or that have a face on a plane of it.
+impl Selector {
+    /// Blocks whose centroid lies in the selector, or that have a face on a plane of it.
     pub(in crate::build) fn blocks(&self, geometry: &Geometry) -> Vec<usize> {
         let inside = |&block: &usize| {
             let cell = geometry.blocks[block].cell.map(|c| c as usize);
@@ -123,10 +123,10 @@ fn refined(deck: &Deck, names: &Names) -> Result<Refined, Vec<Fault>> {
     let sets = sets::sets(deck, &lattices);
     let (mut selections, mut faults) = (Vec::new(), Vec::new());
     for (index, entry) in deck.refine.iter().enumerate() {
-        let region = Region::new(&entry.region, &sets);
+        let selector = Selector::new(&entry.r#where, &sets);
         let what = (format!("refine[{index}]"), format!("refine {index}"));
-        selections.extend(Selection::new(what, &region, &sets, &lattices));
-        faults.extend(refine::refine(&mut lattices, &region, (index, entry.factor))?);
+        selections.extend(Selection::new(what, &selector, &sets, &lattices));
+        faults.extend(refine::refine(&mut lattices, &selector, (index, entry.factor))?);
     }
     Ok(Refined { lattices, sets, selections, faults })
 }

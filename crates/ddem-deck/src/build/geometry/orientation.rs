@@ -18,13 +18,13 @@ pub(super) struct OrientationFilter {
 }
 
 impl OrientationFilter {
-    pub(super) fn new(region: &Where) -> Option<Self> {
-        let dip = region.dip?;
-        let direction = if dip == 0.0 { Some(0.0) } else { region.dip_direction };
+    pub(super) fn new(selector: &Where) -> Option<Self> {
+        let dip = selector.dip?;
+        let direction = if dip == 0.0 { Some(0.0) } else { selector.dip_direction };
         Some(Self {
             dip: dip.to_radians(),
             normal: direction.map(|direction| Vec3::from(normal_of(dip, direction))),
-            within: region.within().to_radians() + ROUNDING,
+            within: selector.within().to_radians() + ROUNDING,
         })
     }
 

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use super::Names;
 use super::empty_selection::{no_block, nothing};
 use super::lattice::{MOST_NODES, too_many};
-use super::region::Region;
+use super::selector::Selector;
 use crate::schema::Deck;
 use crate::schema::names::segment;
 use ddem_core::problem::{ELSEWHERE, Lattice, NO_JOINT, Pages};
@@ -26,21 +26,21 @@ const THICKEST: f64 = 4.0;
 /// one; the error is a number of nodes that is too large to continue.
 pub(super) fn refine(
     lattices: &mut Vec<Arc<Lattice>>,
-    region: &Region,
+    selector: &Selector,
     (index, factor): (usize, u32),
 ) -> Result<Option<Fault>, Vec<Fault>> {
     let selected: Vec<Vec<usize>> = lattices
         .iter()
         .map(|lattice| {
             let chosen =
-                |&at: &usize| lattice.has_block(at) && region.selects(lattice, lattice.cell(at));
+                |&at: &usize| lattice.has_block(at) && selector.selects(lattice, lattice.cell(at));
             let cells = (0..lattice.block.len()).filter(chosen);
-            if region.has_set(lattice.set) { cells.collect() } else { Vec::new() }
+            if selector.has_set(lattice.set) { cells.collect() } else { Vec::new() }
         })
         .collect();
     if selected.iter().all(Vec::is_empty) {
         let fault = nothing(format!("refine[{index}].where"), "no block");
-        return Ok(Some(no_block(fault, region, lattices)));
+        return Ok(Some(no_block(fault, selector, lattices)));
     }
     let nodes = |lattice: &Lattice, cells: f64| cells * lattice.nodes_per_block() as f64;
     let kept = lattices

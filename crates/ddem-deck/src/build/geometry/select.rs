@@ -7,11 +7,11 @@
 //!           5.995 6.005          and half of each neighbouring gap
 //! ```
 
-use super::Region;
+use super::Selector;
 use super::touching::TouchingFaces;
 use ddem_core::problem::{BlockFace, FaceId, Geometry, TributaryLengths, Vec3};
 
-impl Region {
+impl Selector {
     /// True if a node is selected: it is in the ranges, and each plane contains it or lies in a gap
     /// beside it.
     pub(crate) fn has_node(&self, geometry: &Geometry, block: usize, at: [usize; 3]) -> bool {
@@ -51,7 +51,7 @@ impl Region {
         nodes
     }
 
-    /// Nodes that the region selected at the start and whose blocks have been removed since.
+    /// Nodes that the `where` selected at the start and whose blocks have been removed since.
     pub(crate) fn removed_nodes(&self, start: &Geometry, now: &Geometry) -> Vec<u32> {
         if std::ptr::eq(start, now) {
             return Vec::new();
@@ -161,7 +161,7 @@ impl Region {
         Some(lengths)
     }
 
-    /// Same region without shapes and without the ranges that cut lines of a given direction.
+    /// Same selector without shapes and without the ranges that cut lines of a given direction.
     fn along(&self, line: &Vec3) -> Self {
         let ranges = [0, 1, 2].map(|k| self.ranges[k].filter(|_| line[k].abs() < 1e-9));
         let Self { planes, facing, set, tolerance, .. } = self.clone();

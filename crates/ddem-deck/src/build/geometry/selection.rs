@@ -1,11 +1,11 @@
-//! Numbers and volumes of blocks that curved and slanted regions select, beside the volumes of the
+//! Numbers and volumes of blocks that curved and slanted shapes select, beside the volumes of the
 //! shapes.
 
 use std::fmt;
 use std::sync::Arc;
 
 use super::convex::Convex;
-use super::region::{PlaneEquation, Region};
+use super::selector::{PlaneEquation, Selector};
 use super::sets::{bounds_of_sets, sides};
 use ddem_core::counted;
 use ddem_core::problem::{Lattice, Set, Sets, Vec3};
@@ -55,26 +55,26 @@ fn shown(volume: f64) -> String {
 }
 
 impl Selection {
-    /// Selection of the blocks in a region; `None` if the region consists of planes and ranges
+    /// Selection of the blocks in a selector; `None` if the selector consists of planes and ranges
     /// along the edges of the blocks.
     pub(crate) fn new(
         (entry, what): (String, String),
-        region: &Region,
+        selector: &Selector,
         sets: &Sets,
         lattices: &[Arc<Lattice>],
     ) -> Option<Self> {
-        let own = || lattices.iter().filter(|lattice| region.has_set(lattice.set));
-        let shape = region.shape(own().any(|lattice| !lattice.is_box()))?;
+        let own = || lattices.iter().filter(|lattice| selector.has_set(lattice.set));
+        let shape = selector.shape(own().any(|lattice| !lattice.is_box()))?;
         let (mut blocks, mut volume) = (0, 0.0);
         for lattice in own() {
             let selected =
-                |&at: &usize| lattice.has_block(at) && region.selects(lattice, lattice.cell(at));
+                |&at: &usize| lattice.has_block(at) && selector.selects(lattice, lattice.cell(at));
             for at in (0..lattice.block.len()).filter(selected) {
                 blocks += 1;
                 volume += cell_volume(lattice, lattice.cell(at));
             }
         }
-        let (holds, sticks_out) = region.holds(sets).unzip();
+        let (holds, sticks_out) = selector.holds(sets).unzip();
         let sticks_out = sticks_out.unwrap_or(false);
         Some(Self { entry, what, blocks, volume, shape, holds, sticks_out })
     }
@@ -86,7 +86,7 @@ fn cell_volume(lattice: &Lattice, cell: [usize; 3]) -> f64 {
     a.dot(&b.cross(c)) * (0..3).map(|d| lattice.lengths[d][cell[d]]).product::<f64>()
 }
 
-impl Region {
+impl Selector {
     /// Name of the shape, if it is curved or slanted.
     fn shape(&self, turned: bool) -> Option<&'static str> {
         let ranges = self.ranges.iter().any(Option::is_some);

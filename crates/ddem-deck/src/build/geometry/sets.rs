@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use ddem_core::problem::{Lattice, Set, Sets, Vec3, bounds, bounds_of};
 
-use super::region::PlaneEquation;
+use super::selector::PlaneEquation;
 use crate::schema::{BlockSet, Deck, Side};
 
 /// Sets of a deck, from their lattices before refinement.

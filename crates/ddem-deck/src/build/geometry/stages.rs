@@ -3,18 +3,18 @@
 use std::sync::Arc;
 
 use super::empty_selection::{no_block, nothing};
-use super::{Names, Region, Selection, assign, refined};
+use super::{Names, Selection, Selector, assign, refined};
 use crate::schema::{Deck, Where};
 use ddem_core::problem::{Geometry, Sets, Stages};
 use ddem_core::{ErrorCode, Fault};
 
-/// Geometries of the stages, and the blocks that curved and slanted regions remove.
+/// Geometries of the stages, and the blocks that curved and slanted shapes remove.
 pub(in crate::build) fn stages(
     (deck, all): (&Deck, &Names),
     start: Arc<Geometry>,
     sets: &Sets,
 ) -> Result<(Stages, Vec<Selection>), Vec<Fault>> {
-    let region = |region: &Where| Region::new(region, sets);
+    let selector = |selector: &Where| Selector::new(selector, sets);
     let (mut geometries, mut faults) = (vec![(0, start.clone())], Vec::new());
     let mut selections = Vec::new();
     for (stage, entry) in deck.stage.iter().enumerate() {
@@ -25,15 +25,15 @@ pub(in crate::build) fn stages(
             }
             let last = geometries.last().map(|(_, geometry)| geometry.as_ref());
             let before = now.as_ref().or(last).unwrap_or(&start);
-            let region = region(&remove.region);
-            let blocks = region.blocks(before);
+            let selector = selector(&remove.r#where);
+            let blocks = selector.blocks(before);
             if blocks.is_empty() {
                 let fault = nothing(format!("remove[{index}].where"), "no block");
-                faults.push(no_block(fault, &region, &before.lattices));
+                faults.push(no_block(fault, &selector, &before.lattices));
                 continue;
             }
             let what = (format!("remove[{index}]"), format!("excavate `{}`", entry.name));
-            selections.extend(Selection::new(what, &region, sets, &before.lattices));
+            selections.extend(Selection::new(what, &selector, sets, &before.lattices));
             let mut after = before.clone();
             after.remove(&blocks);
             if stage == 0 {

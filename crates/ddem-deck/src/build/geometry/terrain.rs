@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Region, place};
+use super::{Selector, place};
 use crate::schema::{Heights, Where};
 use ddem_core::problem::{Lattice, Sets, Vec3};
 use ddem_core::{ErrorCode, Fault};
@@ -78,18 +78,18 @@ pub(crate) fn uncovered(
     if where_.topographies().next().is_none() {
         return faults;
     }
-    let region = Region::new(where_, sets);
-    for ((key, file), (terrain, _)) in where_.topographies().zip(&region.terrains) {
-        let lattices = lattices.iter().filter(|lattice| region.has_set(lattice.set));
+    let selector = Selector::new(where_, sets);
+    for ((key, file), (terrain, _)) in where_.topographies().zip(&selector.terrains) {
+        let lattices = lattices.iter().filter(|lattice| selector.has_set(lattice.set));
         let alone = sets.list.len() == 1;
         let mut asked = lattices.flat_map(|lattice| asked(lattice, at, alone));
         let unknown =
-            |x: &Vec3| region.asks_heights_at(x) && terrain.height(x, region.clear()).is_none();
+            |x: &Vec3| selector.asks_heights_at(x) && terrain.height(x, selector.clear()).is_none();
         if let Some(x) = asked.find(unknown) {
             let message = format!(
                 "the topography `{}` does not cover the model: {}",
                 file.path,
-                terrain.missing(&x, region.clear())
+                terrain.missing(&x, selector.clear())
             );
             faults.push(Fault::new(ErrorCode::InvalidFile, format!("{at}.{key}.topography"), message).help(
                 "a larger grid, or `x`, `y` or `set` in the same `where`, to leave out the part that it \

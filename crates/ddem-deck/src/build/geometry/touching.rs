@@ -8,7 +8,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::assign::in_force;
-use super::{Names, Region};
+use super::{Names, Selector};
 use crate::schema::{Deck, Joint};
 use ddem_core::problem::{
     BlockFace, FaceOverlap, Geometry, MISSES, NonconformingJoint, RestFace, SLIVER, Sets,
@@ -34,9 +34,9 @@ pub(super) fn nonconforming_joints(
     let thickest = joints.iter().map(|joint| joint[0]).fold(0.0, f64::max);
     let assigned = in_force(deck, stage).filter_map(|(_, entry)| {
         let joint = names.joint(entry.joint.as_ref()?)?;
-        Some((Region::new(&entry.region, sets), joint))
+        Some((Selector::new(&entry.r#where, sets), joint))
     });
-    let assigned: Vec<(Region, u16)> = assigned.collect();
+    let assigned: Vec<(Selector, u16)> = assigned.collect();
     let other = |&[a, b]: &[u32; 2]| {
         geometry.blocks[a as usize].lattice != geometry.blocks[b as usize].lattice
     };
@@ -55,7 +55,7 @@ struct JointRules<'a> {
     /// Thickness `[m]` and normal stiffness `[Pa/m]` of each joint.
     joints: Vec<[f64; 2]>,
     /// Joints that are assigned to parts of the model; later ones take precedence.
-    assigned: Vec<(Region, u16)>,
+    assigned: Vec<(Selector, u16)>,
     /// Joints given for pairs of blocks.
     pairs: &'a HashMap<[u32; 2], u16>,
 }
@@ -64,13 +64,13 @@ struct JointRules<'a> {
 pub(in crate::build) struct TouchingFaces<'a>(pub(in crate::build) &'a Geometry);
 
 impl TouchingFaces<'_> {
-    /// Number of nonconforming joints with the centre of one face in a region.
-    pub(in crate::build) fn joins_at(&self, region: &Region) -> usize {
+    /// Number of nonconforming joints with the centre of one face in a selector.
+    pub(in crate::build) fn joins_at(&self, selector: &Selector) -> usize {
         let inside = |joint_pair: &&NonconformingJoint| {
             let rest_faces = joint_pair.sides().map(|face| face.at_rest(self.0));
             rest_faces
                 .iter()
-                .any(|rest_face| region.contains_face(&rest_face.centre(), &rest_face.normal))
+                .any(|rest_face| selector.contains_face(&rest_face.centre(), &rest_face.normal))
         };
         self.0.joined().filter(inside).count()
     }
@@ -194,13 +194,13 @@ impl TouchingFaces<'_> {
         &self,
         faces: [BlockFace; 2],
         fine: usize,
-        (rest_face, assigned): (&RestFace, &[(Region, u16)]),
+        (rest_face, assigned): (&RestFace, &[(Selector, u16)]),
     ) -> Option<u16> {
         let centre = rest_face.centre();
         let sets = faces.map(|face| self.0.set(face.block));
-        let here = |(region, _): &&(Region, u16)| {
-            region.contains_face(&centre, &rest_face.normal)
-                && sets.iter().any(|&set| region.has_set(set))
+        let here = |(selector, _): &&(Selector, u16)| {
+            selector.contains_face(&centre, &rest_face.normal)
+                && sets.iter().any(|&set| selector.has_set(set))
         };
         if let Some((_, joint)) = assigned.iter().rev().find(here) {
             return Some(*joint);

@@ -7,7 +7,7 @@ use ddem_cut::{
     Tunnel, expected_cells,
 };
 
-use crate::build::geometry::{Region, place};
+use crate::build::geometry::{Selector, place};
 use crate::schema::{Deck, PlaneCut, RockCut, SetCut, SetSpacing, SpacingLaw, TunnelCut, Where};
 
 /// Length of the difference of two unit vectors below which they are one direction.
@@ -54,9 +54,9 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
     let mut rock = CellComplex::new(shapes);
     for (number, entry) in deck.cut.iter().enumerate() {
         let at = format!("cut[{number}]");
-        let chosen = chosen(&rock, &entry.region, whole.bounds);
+        let chosen = chosen(&rock, &entry.r#where, whole.bounds);
         if !chosen.contains(&true) {
-            return Err(vec![no_cell(&rock, format!("{at}.where"), &entry.region)]);
+            return Err(vec![no_cell(&rock, format!("{at}.where"), &entry.r#where)]);
         }
         let works = whole.works(entry, number as u32);
         let mut all = CutCount::default();
@@ -163,7 +163,7 @@ fn too_many(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
     let mut cells = 0.0;
     for group in &whole.groups {
         let of = |set: &SetCut| joint_set(set, &group.compass, whole.middle());
-        let everywhere = all().filter(|(_, cut, _)| cut.region.is_everywhere());
+        let everywhere = all().filter(|(_, cut, _)| cut.r#where.is_everywhere());
         let sets: Vec<JointSet> = everywhere.map(|(_, _, set)| of(set)).collect();
         let parts = group.regions.iter().flat_map(|&region| &whole.shapes[region as usize]);
         cells += parts.map(|part| expected_cells(part, &sets)).sum::<f64>();
@@ -191,7 +191,7 @@ fn chosen(rock: &CellComplex, region: &Where, bounds: [Vec3; 2]) -> Vec<bool> {
     if region.is_everywhere() {
         return rock.select(|_, _| true);
     }
-    let region = Region::new(region, &Sets { bounds, list: Vec::new() });
+    let region = Selector::new(region, &Sets { bounds, list: Vec::new() });
     rock.select(|cell, _| region.planes() == 0 && region.in_ranges(&rock.centroid(cell)))
 }
 

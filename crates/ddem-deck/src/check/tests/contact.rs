@@ -101,7 +101,7 @@ fn rigid_blocks_have_joints_but_no_stress() {
     };
     let of = |deck: &mut Deck, set: &str| {
         deck.probe[0].at = None;
-        deck.probe[0].region = Some(Where { set: Some(set.into()), ..Where::default() });
+        deck.probe[0].r#where = Some(Where { set: Some(set.into()), ..Where::default() });
     };
     // The block at a point is known only once the blocks exist.
     assert_eq!(rigid(|_| {}), [""; 0]);

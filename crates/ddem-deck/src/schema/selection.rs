@@ -72,7 +72,7 @@ impl Where {
         self.within.unwrap_or(WITHIN)
     }
 
-    /// Number of planes that the region names.
+    /// Number of planes that the `where` names.
     pub(crate) fn n_planes(&self) -> usize {
         let along = [self.x, self.y, self.z];
         let along = along.iter().filter(|extent| matches!(extent, Some(Extent::Plane(_)))).count();

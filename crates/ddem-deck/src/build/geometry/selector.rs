@@ -38,7 +38,7 @@ impl PlaneEquation {
 
 /// A `where` with its tolerances and the index of its set.
 #[derive(Clone, Debug)]
-pub(crate) struct Region {
+pub(crate) struct Selector {
     /// Ranges along the coordinate axes `[m]`.
     pub(super) ranges: [Option<[f64; 2]>; 3],
     /// Planes; a selected point lies on all of them.
@@ -53,41 +53,41 @@ pub(crate) struct Region {
     pub(super) terrains: Vec<(Terrain, bool)>,
     pub(super) facing: Option<OrientationFilter>,
     pub(super) set: Option<usize>,
-    /// 1e-6 of the region's size along each axis `[m]`.
+    /// 1e-6 of the size of the sets along each axis `[m]`.
     pub(crate) tolerance: [f64; 3],
 }
 
-impl Region {
-    pub(crate) fn new(region: &Where, sets: &Sets) -> Self {
+impl Selector {
+    pub(crate) fn new(selector: &Where, sets: &Sets) -> Self {
         let size = sets.bounds[1] - sets.bounds[0];
         let named = |name: &str| sets.list.iter().position(|s| s.name.as_deref() == Some(name));
         let mut made = Self {
             ranges: [None; 3],
             planes: Vec::new(),
             half_spaces: Vec::new(),
-            sphere: region.sphere.map(|s| (Vec3::from(s.centre), s.radius)),
-            cylinder: region.cylinder.map(|c| ([c.from, c.to].map(Vec3::from), c.radius)),
+            sphere: selector.sphere.map(|s| (Vec3::from(s.centre), s.radius)),
+            cylinder: selector.cylinder.map(|c| ([c.from, c.to].map(Vec3::from), c.radius)),
             solid: None,
             terrains: Vec::new(),
-            facing: OrientationFilter::new(region),
-            set: region.set.as_deref().and_then(named),
-            // A flat region still has a size: a small fraction of its longest side.
+            facing: OrientationFilter::new(selector),
+            set: selector.set.as_deref().and_then(named),
+            // A flat model still has a size: a small fraction of its longest side.
             tolerance: [0, 1, 2].map(|k| 1e-6 * size[k].max(1e-3 * size.max())),
         };
-        for (axis, extent) in [region.x, region.y, region.z].into_iter().enumerate() {
+        for (axis, extent) in [selector.x, selector.y, selector.z].into_iter().enumerate() {
             match extent {
                 Some(Extent::Plane(at)) => made.planes.push(made.flat(Vec3::ith(axis, 1.0), at)),
                 Some(Extent::Range(range)) => made.ranges[axis] = Some(range),
                 None => {}
             }
         }
-        let plane = region.plane.as_ref().map(|plane| made.flat_of(plane));
+        let plane = selector.plane.as_ref().map(|plane| made.flat_of(plane));
         made.planes.extend(plane);
         let set = sets.list.get(made.set.unwrap_or(0));
-        let side = region.side.zip(set).map(|(side, set)| sets::side(set, side));
+        let side = selector.side.zip(set).map(|(side, set)| sets::side(set, side));
         let side = side.map(|(normal, at)| made.flat(normal, at));
         made.planes.extend(side);
-        for (sheet, above) in [(&region.above, true), (&region.below, false)] {
+        for (sheet, above) in [(&selector.above, true), (&selector.below, false)] {
             match sheet {
                 Some(Sheet::Level(z)) => made.bound(made.flat(Vec3::z(), *z), above),
                 Some(Sheet::Plane(plane)) => made.bound(made.flat_of(plane).upright(), above),
@@ -98,7 +98,7 @@ impl Region {
                 None => {}
             }
         }
-        let triangles = region.inside.as_ref().and_then(|file| file.content.as_ref());
+        let triangles = selector.inside.as_ref().and_then(|file| file.content.as_ref());
         made.solid = triangles.map(|all| Arc::new(Solid::new(&all.mesh(), made.clear())));
         made
     }
@@ -189,7 +189,7 @@ impl Region {
         self.in_ranges(x) && self.on_planes(x)
     }
 
-    /// True if a face with this centre and normal belongs to the region.
+    /// True if a face with this centre and normal belongs to the selector.
     pub(crate) fn contains_face(&self, centre: &Vec3, normal: &Vec3) -> bool {
         self.faces(normal) && self.contains(centre)
     }
@@ -223,7 +223,7 @@ impl Region {
             && self.solid.as_ref().is_none_or(|solid| solid.contains(x))
     }
 
-    /// True if only the height of a topography decides whether a point belongs to the region.
+    /// True if only the height of a topography decides whether a point belongs to the selector.
     pub(super) fn asks_heights_at(&self, x: &Vec3) -> bool {
         self.in_ranges_alone(x) && self.in_firm_shapes(x)
     }

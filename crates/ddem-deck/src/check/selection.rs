@@ -1,12 +1,12 @@
-//! Checks of regions.
+//! Checks of each `where`.
 
 use super::{ErrorCode, Faults, NameFaults, Rule, shown};
 use crate::schema::{Deck, Extent, Heights, Plane, Sheet, Triangles, Where};
 use ddem_core::problem::Set;
 
-/// Kind of things that a region selects.
+/// Kind of things that a `where` selects.
 #[derive(Clone, Copy, PartialEq)]
-pub(super) enum RegionKind {
+pub(super) enum Selected {
     /// Joints or outer faces, which have an orientation.
     Faces,
     Nodes,
@@ -14,36 +14,36 @@ pub(super) enum RegionKind {
 }
 
 impl Where {
-    /// Faults of a region in a model with these sets; places begin with `where`.
+    /// Faults of a `where` in a model with these sets; places begin with `where`.
     pub(crate) fn check(&self, sets: &[Set]) -> Vec<ddem_core::Fault> {
         let sets = sets.iter().map(|set| set.name.as_deref());
         let mut faults = Faults(Vec::new());
-        in_sets(sets, "where", (self, RegionKind::Nodes), &mut faults);
+        in_sets(sets, "where", (self, Selected::Nodes), &mut faults);
         faults.0
     }
 }
 
-/// Checks a region of a deck.
-pub(super) fn region(deck: &Deck, at: &str, region: (&Where, RegionKind), faults: &mut Faults) {
+/// Checks a `where` of a deck.
+pub(super) fn selector(deck: &Deck, at: &str, selector: (&Where, Selected), faults: &mut Faults) {
     let sets = deck.blocks.iter().map(|set| set.name.as_deref());
-    in_sets(sets, at, region, faults);
+    in_sets(sets, at, selector, faults);
 }
 
-/// Checks a region in a model whose sets have these names.
+/// Checks a `where` in a model whose sets have these names.
 fn in_sets<'a>(
     sets: impl ExactSizeIterator<Item = Option<&'a str>> + Clone,
     at: &str,
-    (region, of): (&Where, RegionKind),
+    (selector, of): (&Where, Selected),
     faults: &mut Faults,
 ) {
-    for (axis, extent) in [("x", region.x), ("y", region.y), ("z", region.z)] {
+    for (axis, extent) in [("x", selector.x), ("y", selector.y), ("z", selector.z)] {
         along(&format!("{at}.{axis}"), axis, extent, faults);
     }
-    round(at, region, faults);
-    if let Some(plane) = &region.plane {
+    round(at, selector, faults);
+    if let Some(plane) = &selector.plane {
         self::plane(&format!("{at}.plane"), plane, faults);
     }
-    for (key, sheet) in [("above", &region.above), ("below", &region.below)] {
+    for (key, sheet) in [("above", &selector.above), ("below", &selector.below)] {
         let place = format!("{at}.{key}");
         match sheet {
             Some(Sheet::Level(level)) => {
@@ -60,18 +60,18 @@ fn in_sets<'a>(
             None => {}
         }
     }
-    if let Some(file) = &region.inside {
+    if let Some(file) = &selector.inside {
         surface(&format!("{at}.inside"), (&file.path, file.content.as_deref()), faults);
     }
-    orientation(at, region, of, faults);
-    if let Some(set) = &region.set {
+    orientation(at, selector, of, faults);
+    if let Some(set) = &selector.set {
         faults.reference(
             format!("{at}.set"),
             set,
             sets.flatten(),
             ("set", "`name = …` in `[[blocks]]`"),
         );
-    } else if region.side.is_some() && sets.len() > 1 {
+    } else if selector.side.is_some() && sets.len() > 1 {
         let sets = sets.len();
         let message = format!("`side` needs `set`: the model has {sets} sets");
         faults.add_help(ErrorCode::MissingKey, format!("{at}.side"), message, "add `set = …`");
@@ -101,12 +101,12 @@ fn along(place: &str, axis: &str, extent: Option<Extent>, faults: &mut Faults) {
 }
 
 /// Checks the sphere and the cylinder.
-fn round(at: &str, region: &Where, faults: &mut Faults) {
-    if let Some(sphere) = region.sphere {
+fn round(at: &str, selector: &Where, faults: &mut Faults) {
+    if let Some(sphere) = selector.sphere {
         faults.finite(format!("{at}.sphere.centre"), &sphere.centre);
         faults.number(format!("{at}.sphere.radius"), sphere.radius, Rule::AboveZero);
     }
-    if let Some(cylinder) = region.cylinder {
+    if let Some(cylinder) = selector.cylinder {
         let [from, to] = [("from", cylinder.from), ("to", cylinder.to)]
             .map(|(key, end)| faults.finite(format!("{at}.cylinder.{key}"), &end).then_some(end));
         faults.number(format!("{at}.cylinder.radius"), cylinder.radius, Rule::AboveZero);
@@ -185,25 +185,25 @@ pub(super) fn dips(
 }
 
 /// Checks the orientation of joints and outer faces.
-fn orientation(at: &str, region: &Where, of: RegionKind, faults: &mut Faults) {
-    dips(at, (region.dip, region.dip_direction), faults);
-    faults.optional(format!("{at}.within"), region.within, Rule::Within(0.0, 90.0));
+fn orientation(at: &str, selector: &Where, of: Selected, faults: &mut Faults) {
+    dips(at, (selector.dip, selector.dip_direction), faults);
+    faults.optional(format!("{at}.within"), selector.within, Rule::Within(0.0, 90.0));
     let keys = [
-        ("dip", region.dip.is_some()),
-        ("dip_direction", region.dip_direction.is_some()),
-        ("within", region.within.is_some()),
+        ("dip", selector.dip.is_some()),
+        ("dip_direction", selector.dip_direction.is_some()),
+        ("within", selector.within.is_some()),
     ];
     let Some((first, _)) = keys.into_iter().find(|(_, given)| *given) else { return };
     let what = match of {
-        RegionKind::Faces if region.dip.is_none() => {
+        Selected::Faces if selector.dip.is_none() => {
             let message = format!("`{first}` needs `dip`");
             let help = "a set of joints has `dip`, and `dip_direction` where it is not level";
             faults.add_help(ErrorCode::MissingKey, format!("{at}.{first}"), message, help);
             return;
         }
-        RegionKind::Faces => return,
-        RegionKind::Nodes => "nodes",
-        RegionKind::Blocks => "blocks",
+        Selected::Faces => return,
+        Selected::Nodes => "nodes",
+        Selected::Blocks => "blocks",
     };
     faults.add_help(
         ErrorCode::IneffectiveKey,

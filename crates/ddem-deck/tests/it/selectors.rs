@@ -36,7 +36,7 @@ fn side(side: Side) -> Where {
 }
 
 fn remove(mut deck: Deck, region: Where) -> Deck {
-    deck.remove.push(Remove { region, ..Remove::default() });
+    deck.remove.push(Remove { r#where: region, ..Remove::default() });
     deck
 }
 
@@ -87,7 +87,7 @@ fn rotated_planes_select_same_nodes() {
 /// Reaction of a rotated set that is fixed on one side, with a pressure on the opposite side.
 fn reaction(mut deck: Deck, [held, pressed]: [Where; 2]) -> Vec3 {
     deck.fix.push(fix(held.clone(), "xyz"));
-    deck.load.push(Load { region: pressed, pressure: Some(2e5), ..Load::default() });
+    deck.load.push(Load { r#where: pressed, pressure: Some(2e5), ..Load::default() });
     deck.stage.push(relax_stage("press"));
     let mut simulation = Simulation::new(model(&deck));
     simulation.relax(1e-9, 200_000).unwrap_or_else(|error| panic!("{error}"));
@@ -170,7 +170,11 @@ fn dip_and_dip_direction_select_joints() {
     let find = |dip: f64, dip_direction: Option<f64>, within: Option<f64>| {
         let mut deck = bedded.clone();
         let region = Where { dip: Some(dip), dip_direction, within, ..Where::default() };
-        deck.assign.push(Assign { region, joint: Some("bedding".into()), ..Assign::default() });
+        deck.assign.push(Assign {
+            r#where: region,
+            joint: Some("bedding".into()),
+            ..Assign::default()
+        });
         deck.build().map(|model| joints_named(&model, 0))
     };
     let bedding = vec![2; 8];
@@ -227,7 +231,7 @@ fn joint_sets_orient_block_faces() {
             within: Some(1e-6),
             ..Where::default()
         };
-        deck.assign.push(Assign { region, joint: Some("a".into()), ..Assign::default() });
+        deck.assign.push(Assign { r#where: region, joint: Some("a".into()), ..Assign::default() });
         assert_eq!(joints_named(&model(&deck), 0), [direction as u8; 4]);
     }
     let model = model(&oblique);
@@ -389,7 +393,7 @@ fn invalid_orientations_are_refused() {
     refused(&remove(cube(), steep), &["remove[0].where.dip", "here blocks are selected"]);
     let mut deck = cube();
     let region = Where { dip_direction: Some(60.0), ..Where::default() };
-    deck.assign.push(Assign { region, joint: Some("seam".into()), ..Assign::default() });
+    deck.assign.push(Assign { r#where: region, joint: Some("seam".into()), ..Assign::default() });
     refused(&deck, &["assign[0].where.dip_direction", "`dip_direction` needs `dip`"]);
 
     let mut deck = cube();
@@ -411,10 +415,10 @@ fn curved_excavation_reports_block_count_and_volume() {
     let mut rock = deck([10, 5, 10], [10.0; 3], 1, 0.01);
     let cylinder = Cylinder { from: [5.0, -3.0, 5.0], to: [5.0, 20.0, 5.0], radius: 3.5 };
     let region = Where { cylinder: Some(cylinder), ..Where::default() };
-    rock.remove.push(Remove { region, from: Some("tunnel".into()), ..Remove::default() });
+    rock.remove.push(Remove { r#where: region, from: Some("tunnel".into()), ..Remove::default() });
     let ball =
         Where { sphere: Some(Sphere { centre: [0.0, 5.0, 5.0], radius: 1.2 }), ..Where::default() };
-    rock.refine.push(Refine { region: ball, factor: 2 });
+    rock.refine.push(Refine { r#where: ball, factor: 2 });
     rock.fix.push(fix(plane(2, 0.0), "xyz"));
     rock.stage.extend([relax_stage("weight"), relax_stage("tunnel")]);
     let reports: Vec<String> =
