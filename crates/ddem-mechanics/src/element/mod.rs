@@ -2,14 +2,17 @@
 //!
 //! [`hex8`] is the element of the paper by Gauss points, the reference of the tests. [`modal`] is
 //! the same stiffness in the form that every loop uses. `lattice` applies it to a lattice of equal
-//! elements, four lattices at a time.
+//! elements, four lattices at a time. [`hexahedron`] and [`polyhedral`] are the elements of blocks
+//! that are no parallelepipeds.
 
 pub mod elastic;
 pub mod hex8;
 pub mod modal;
 
 pub mod corotation;
+pub mod hexahedron;
 pub mod lattice;
+pub mod polyhedral;
 mod principal;
 pub mod table;
 
