@@ -51,10 +51,10 @@ say "Python tests"
 
 if [ "${1:-}" = full ]; then
     say "large runs"
-    for name in million_nodes_are excavations; do
-        SLOW=1 cargo test --test contract --locked -- --nocapture "$name"
-    done
-    cargo test --test contract --locked -- --ignored --nocapture
+    # Tests that measure their process run alone.
+    cargo test --test contract --locked -- --ignored --nocapture million_nodes_are
+    cargo test --test contract --locked -- --ignored --nocapture with_a_million_nodes
+    cargo test --test contract --locked -- --ignored --nocapture --skip memory::
     cargo test --package ddem-core --test it --locked -- --ignored --nocapture
     cargo test --release --package ddem-cut --test it --locked -- --ignored --nocapture
 fi

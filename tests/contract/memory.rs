@@ -13,15 +13,11 @@ fn status(name: &str) -> f64 {
     1024.0 * kilobytes
 }
 
-/// A million nodes; this test must run alone in its process: `SLOW=1 cargo test --test contract
-/// million_nodes_are`.
+/// A million nodes.
 #[cfg(target_os = "linux")]
 #[test]
+#[ignore = "measures its process, in which it must run alone"]
 fn million_nodes_are_built_fast_in_little_memory() {
-    if std::env::var_os("SLOW").is_none() {
-        eprintln!("NOT CHECKED: set SLOW=1, and run this test alone");
-        return;
-    }
     let deck = deck(&million(0, 0));
     let before = status("VmRSS");
     let clock = Instant::now();
@@ -77,15 +73,11 @@ fn million(probes: usize, shafts: usize) -> String {
     text
 }
 
-/// The same with 1000 probes and 100 excavations, to run alone: `SLOW=1 cargo test --test contract
-/// excavations`.
+/// The same with 1000 probes and 100 excavations.
 #[cfg(target_os = "linux")]
 #[test]
+#[ignore = "measures its process, in which it must run alone"]
 fn probes_and_excavations_cost_little_with_a_million_nodes() {
-    if std::env::var_os("SLOW").is_none() {
-        eprintln!("NOT CHECKED: set SLOW=1, and run this test alone");
-        return;
-    }
     let build = |probes: usize, shafts: usize| {
         let deck = deck(&million(probes, shafts));
         std::fs::write("/proc/self/clear_refs", "5").expect("a new peak");

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Words with which no doc comment may open, because no quantity follows them.
-const OPENERS: [&str; 13] = [
+const OPENERS: [&str; 20] = [
     "What",
     "Whether",
     "How",
@@ -18,6 +18,13 @@ const OPENERS: [&str; 13] = [
     "Something",
     "Those",
     "To",
+    "From",
+    "For",
+    "At",
+    "Only",
+    "Does",
+    "Its",
+    "Their",
 ];
 
 /// Path below the root and text of every Rust file: sources, tests, examples and benchmarks.

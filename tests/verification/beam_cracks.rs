@@ -49,12 +49,18 @@ fn beam_cracks_from_below_at_midspan() {
     let failed: Vec<usize> = (0..points.len()).filter(|&pair| times[pair].is_finite()).collect();
     let first = failed.iter().copied().min_by(|&a, &b| times[a].total_cmp(&times[b]));
     let first = first.expect("a crack");
-    let ([force, way], place) = elastic();
+    let ([force, travel], place) = elastic();
 
     let load = run.probes.series("base.z");
     let load = load.iter().find(|[time, _]| *time >= times[first]).expect("a sample")[1];
     let pushed = 2e-3 * (times[first] - 0.1 / 2.0);
-    check(case, "way of the line at the first crack [m]", way * STRENGTH, pushed, Relative(5e-3));
+    check(
+        case,
+        "displacement of the line at the first crack [m]",
+        travel * STRENGTH,
+        pushed,
+        Relative(5e-3),
+    );
     check(case, "load at the first crack [N]", force * STRENGTH, load, Relative(2e-2));
     let theory = 1.2e6 / (1.0 - 2.0 / 3.0 * 0.4875 / 3.0);
     check(case, "the same, theory of beams [N]", theory, load, Relative(0.1));

@@ -56,7 +56,7 @@ fn block_in_contact_slides() {
         check(case, &format!("taken by friction, {kind} [J]"), work, taken, Relative(1e-2));
         let work = MASS * resisting * way;
         let what =
-            format!("taken by friction, expected: force times the way of the run, {kind} [J]");
+            format!("taken by friction, expected: force times the distance of the run, {kind} [J]");
         consistent(case, &what, work, taken, Relative(1e-2));
         closes(case, &format!(", {kind}"), &run);
     }

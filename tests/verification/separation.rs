@@ -34,11 +34,12 @@ fn flight(name: &str) {
     let mass = |node: usize| model.mass(node);
     let total: f64 = (0..model.n_nodes()).map(mass).sum();
     let moved = |node: usize| mass(node) * Vector3::from(simulation.displacement(node));
-    let way: Vector3<f64> = (0..model.n_nodes()).map(moved).sum::<Vector3<f64>>() / total;
+    let travel: Vector3<f64> = (0..model.n_nodes()).map(moved).sum::<Vector3<f64>>() / total;
     let expected = p0 / total * duration;
-    let what = "way of the centre of mass, expected: momentum at the start / mass × time [m]";
-    consistent(case, what, expected.norm(), way.norm(), Relative(1e-9));
-    assert!((way - expected).norm() < 1e-9 * expected.norm(), "it goes another way");
+    let what =
+        "displacement of the centre of mass, expected: momentum at the start / mass × time [m]";
+    consistent(case, what, expected.norm(), travel.norm(), Relative(1e-9));
+    assert!((travel - expected).norm() < 1e-9 * expected.norm(), "it moves elsewhere");
     let failed = simulation.failed_pairs().iter().sum::<u64>();
     check(case, "failed pairs", 12.0 * 9.0, failed as f64, Absolute(0.0));
     closes(case, "", &run(&text));

@@ -127,9 +127,9 @@ fn plane_without_softening_fails_at_limit_equilibrium() {
     let run = run(&edited(&text, "duration = 0.12 ", "duration = 0.3 "));
     let pushed = |time: f64| 0.2e6 + 2e6 * time;
     let base = run.probes.series("base.y").into_iter().filter(|[time, _]| *time > 0.0);
-    let borne = base.map(|[time, force]| -force - 8.0 * pushed(time));
-    let most = borne.fold(0.0, f64::max);
+    let resistance = base.map(|[time, force]| -force - 8.0 * pushed(time));
+    let most = resistance.fold(0.0, f64::max);
     let equilibrium = 16.0 * COHESION + 16.0 * 6.0 * WEIGHT * friction();
-    let what = "shear borne by z = 2 when it yields / limit equilibrium";
+    let what = "shear force on z = 2 when it yields / limit equilibrium";
     between(case, what, most / equilibrium, [0.9, 1.0]);
 }

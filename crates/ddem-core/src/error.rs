@@ -195,7 +195,7 @@ pub enum RunError {
     },
     /// A block moves so far in one step that contacts could be missed.
     #[error(
-        "block {block} of `{set}` moved {distance:.3e} m in step {step}, at time {time:.6e} s: more than a \
+        "block {block} (set `{set}`) moved {distance:.3e} m in step {step}, at time {time:.6e} s: more than a \
          quarter of the shortest edge of a block, {edge} m, so that contacts could be missed; {} [{}]",
         block_too_fast(*driven),
         ErrorCode::BlockTooFast
@@ -218,7 +218,7 @@ pub enum RunError {
     },
     /// Two blocks penetrate each other so deeply that they could pass through each other.
     #[error(
-        "block {} of `{}` and block {} of `{}` penetrate each other by {depth:.3e} m in step {step}, at time \
+        "block {} (set `{}`) and block {} (set `{}`) penetrate each other by {depth:.3e} m in step {step}, at time \
          {time:.6e} s: more than a quarter of their shortest edge, {edge} m; {} [{}]",
         .blocks[0], .sets[0], .blocks[1], .sets[1], deep_penetration(*driven, *relaxes),
         ErrorCode::DeepPenetration
@@ -234,7 +234,7 @@ pub enum RunError {
         time: f64,
         /// Penetration `[m]`.
         depth: f64,
-        /// Their shortest edge `[m]`.
+        /// Shortest edge of both blocks `[m]`.
         edge: f64,
         /// Number in the deck of a support that moves one of the blocks, and the number of that
         /// block.

@@ -2,8 +2,8 @@
 //!
 //! A [`CellComplex`] begins with the convex parts of regions ([`Polyhedron`], [`prism`]) and cuts
 //! them by planes ([`CutPlane`], [`JointSet`], [`Tunnel`]). Cells share points. The side of a point
-//! to a plane is decided once, and an edge is divided once, so that neighbours always agree and
-//! their faces match ([`CommonFace`]). Only the cells whose boxes a plane meets are visited.
+//! to a plane is decided once, and an edge is divided once, so that neighbours always agree. Faces
+//! that they have in common match, unless a cut ended there ([`CommonFace`]). Only the cells whose boxes a plane meets are visited.
 //!
 //! ```
 //! use ddem_cut::{CellComplex, CutPlane, Polyhedron};

@@ -45,7 +45,7 @@ pub enum ShapeError {
     /// Edge without another face.
     #[error(
         "the faces do not close: the edge from {} to {} of face {face} belongs to {}",
-        place(from), place(to), times(*n)
+        shown(from), shown(to), times(*n)
     )]
     Open {
         /// Number of the face, from 0.
@@ -61,7 +61,7 @@ pub enum ShapeError {
     #[error("the faces are turned inside out")]
     InsideOut,
     /// Corner outside of a face.
-    #[error("the shape is not convex: {} lies {off:.3e} m outside of face {face}", place(corner))]
+    #[error("the shape is not convex: {} lies {off:.3e} m outside of face {face}", shown(corner))]
     NotConvex {
         /// Number of the face, from 0.
         face: usize,
@@ -72,7 +72,7 @@ pub enum ShapeError {
     },
 }
 
-fn place(point: &Vector3<f64>) -> String {
+fn shown(point: &Vector3<f64>) -> String {
     format!("[{}, {}, {}]", point.x, point.y, point.z)
 }
 
@@ -224,7 +224,7 @@ impl Polyhedron {
     }
 }
 
-/// Convex parts of a prism: an outline at two distances along an axis. `place` gives the point at a
+/// Convex parts of a prism: an outline at two distances along an axis. `point_at` gives the point at a
 /// position in the outline and a distance; with it the three directions are right-handed.
 ///
 /// # Errors
@@ -233,7 +233,7 @@ impl Polyhedron {
 pub fn prism(
     outline: &Outline,
     ends: [f64; 2],
-    place: impl Fn([f64; 2], f64) -> Vector3<f64>,
+    point_at: impl Fn([f64; 2], f64) -> Vector3<f64>,
 ) -> Result<Vec<Polyhedron>, ShapeError> {
     let (low, high) = (ends[0].min(ends[1]), ends[0].max(ends[1]));
     let size = outline.corners().iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
@@ -244,7 +244,7 @@ pub fn prism(
     let part = |corners: &Vec<usize>| {
         let n = corners.len();
         let at = |end: f64| corners.iter().map(move |&i| (outline.corners()[i], end));
-        let points = at(low).chain(at(high)).map(|(corner, end)| place(corner, end)).collect();
+        let points = at(low).chain(at(high)).map(|(corner, end)| point_at(corner, end)).collect();
         let mut faces = vec![(0..n).rev().collect::<Vec<_>>(), (n..2 * n).collect()];
         faces.extend((0..n).map(|i| vec![i, (i + 1) % n, n + (i + 1) % n, n + i]));
         Polyhedron { points, faces }

@@ -78,7 +78,7 @@ fn split_face(
     let end = start + n;
     let up = after_last(below, end, -1)?;
     // Of several corners on the plane one divides the face: the same in all cells around.
-    let mut meeting = |range: std::ops::Range<usize>| {
+    let mut crossing_of = |range: std::ops::Range<usize>| {
         let lowest = range.clone().min_by_key(|&i| at(i));
         match lowest {
             Some(i) => (at(i), i, i + 1),
@@ -90,8 +90,8 @@ fn split_face(
             }
         }
     };
-    let (exit, exit_from, exit_to) = meeting(down..below);
-    let (entry, entry_from, entry_to) = meeting(up..end);
+    let (exit, exit_from, exit_to) = crossing_of(down..below);
+    let (entry, entry_from, entry_to) = crossing_of(up..end);
     let part = |range: std::ops::Range<usize>| range.map(at);
     let below = std::iter::once(exit).chain(part(exit_to..entry_from)).chain([entry]).collect();
     let above = std::iter::once(entry)

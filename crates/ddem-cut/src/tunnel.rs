@@ -41,13 +41,13 @@ impl Tunnel {
         let up = right.cross(&axis);
         let length = (to - from).norm();
         // Right, up and the backward axis are right-handed.
-        let place = |[u, v]: [f64; 2], w: f64| from + right * u + up * v - axis * w;
-        let parts = prism(outline, [-length, 0.0], place)?;
+        let point_at = |[u, v]: [f64; 2], w: f64| from + right * u + up * v - axis * w;
+        let parts = prism(outline, [-length, 0.0], point_at)?;
         let corners = outline.corners();
         let sides = (0..corners.len()).map(|i| {
             let [a, b] = [corners[i], corners[(i + 1) % corners.len()]];
             let along = right * (b[0] - a[0]) + up * (b[1] - a[1]);
-            (along.cross(&axis), place(a, 0.0))
+            (along.cross(&axis), point_at(a, 0.0))
         });
         let planes = [(axis, from), (axis, to)].into_iter().chain(sides);
         let planes: Option<Vec<_>> =

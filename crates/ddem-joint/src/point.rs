@@ -87,7 +87,7 @@ impl JointPoint {
     ) -> Option<FailureMode> {
         let factor = context.failure_divisor.filter(|_| self.failure.is_none())?;
         let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
-        failure.or((has_rotated && law.bonds()).then_some(FailureMode::Shear))
+        failure.or((has_rotated && law.is_cohesive()).then_some(FailureMode::Shear))
     }
 
     /// Marks a bonded pair as failed if it fails under a traction. Returns true if it does.

@@ -3,8 +3,8 @@
 use super::{Geometry, Vec3};
 use ddem_mechanics::collide::FaceId;
 
-/// Node of a face, with the lengths whose product is its area: the sine of the angle between the
-/// edges of the face; and for each edge half the distances to the next nodes, down and up `[m]`.
+/// Node of a face, sine of the angle between the edges of the face, and for each edge half the
+/// distances to the next nodes, down and up `[m]`. Their products are the area of the node.
 pub type TributaryLengths = (u32, f64, [[f64; 2]; 2]);
 
 /// Face of a block.

@@ -57,7 +57,7 @@ pub enum MeshError {
     NotFinite {
         /// Number of the node.
         node: u32,
-        /// Its position `[m]`.
+        /// Position of the node `[m]`.
         at: [f64; 3],
     },
     /// Two blocks share a node, so that they can never separate.

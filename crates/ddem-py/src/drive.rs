@@ -112,17 +112,17 @@ pub(crate) fn steps(
     worker: &Worker,
 ) -> Result<(), ddem_core::RunError> {
     let clock = std::time::Instant::now();
-    let mut told = clock;
+    let mut reported = clock;
     for step in 1..=n {
         if worker.stops() {
             break;
         }
         simulation.step()?;
         let now = std::time::Instant::now();
-        if now.duration_since(told).as_millis() < 100 {
+        if now.duration_since(reported).as_millis() < 100 {
             continue;
         }
-        told = now;
+        reported = now;
         let rate = step as f64 / now.duration_since(clock).as_secs_f64();
         worker.progress(Progress {
             stage: "step".to_owned(),

@@ -323,7 +323,7 @@ impl<'py> StageCall<'py> {
     }
 }
 
-/// Does a part of a run without holding the interpreter.
+/// Performs a part of a run without holding the interpreter.
 fn part<T: Send>(
     py: Python<'_>,
     simulation: &PySimulation,

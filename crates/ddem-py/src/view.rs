@@ -360,7 +360,7 @@ impl PySimulation {
     }
 }
 
-/// Region that the arguments describe.
+/// `where` that the arguments describe.
 fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Where> {
     let (mut entry, _) = table("remove", keys, &mut no_matter)?;
     let mut selector = match entry.remove("where") {

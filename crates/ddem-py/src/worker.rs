@@ -212,9 +212,9 @@ pub(crate) fn part_on_worker_thread<T: Send>(
     });
     // A Ctrl-C at the end of the work is handled here and not by later code.
     let signal = py.check_signals();
-    let told = worker.tell(py, bar);
+    let drawn = worker.tell(py, bar);
     raised = first(py, raised, signal.err());
-    raised = first(py, raised, told.err());
+    raised = first(py, raised, drawn.err());
     match done {
         Ok(done) => Ok((done, raised)),
         Err(panic) => Err(raised.unwrap_or_else(|| internal(py, &*panic))),

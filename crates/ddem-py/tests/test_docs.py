@@ -156,6 +156,10 @@ def signatures() -> dict[str, dict[str, ast.expr | None]]:
             node = ast.parse(inspect.getsource(getattr(ddem, name))).body[0]
             assert isinstance(node, ast.FunctionDef)
             found[f"ddem.{name}"] = arguments(node)
+    for node in ast.walk(ast.parse(inspect.getsource(ddem.Results)).body[0]):
+        if isinstance(node, ast.FunctionDef):
+            made = node.name == "__init__"
+            found.setdefault("ddem.Results" if made else node.name, arguments(node))
     return found
 
 
@@ -163,8 +167,7 @@ def calls() -> list[tuple[str, str]]:
     """Functions in the tables of the page, with their arguments."""
     page = (REPOSITORY / "docs" / "python.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| `([\w.]+)\((.*)\)` \|", page, flags=re.MULTILINE)
-    rows = [(name.removeprefix("Model."), arguments) for name, arguments in rows]
-    return [(name, arguments) for name, arguments in rows if name in signatures()]
+    return [(name.removeprefix("Model."), arguments) for name, arguments in rows]
 
 
 def keys_of_decks() -> set[str]:

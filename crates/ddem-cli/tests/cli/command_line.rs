@@ -179,7 +179,7 @@ fn info_prints_summary_of_a_run() {
 
         at the end of `press`:
         verdict        at rest
-        displacement   at most 705.2 µm, in block 2 of `blocks[0]` at (1, 0.5, 3)
+        displacement   at most 705.2 µm, in block 2 (set `blocks[0]`) at (1, 0.5, 3)
         reaction       of fix[0]: (-0.100, 0, 1.000) MN
         energy         strain 113.8 J, damping 113.7 J, external work 227.4 J; off by [little]
         ");

@@ -114,7 +114,7 @@ fn too_fast_block_stops_the_run() {
     desk.write("pair.toml", &PAIR.replace("[1, 0, -0.5]", "[3e4, 0, 0]"));
     let outcome = desk.run("pair.toml --out a");
     assert_eq!(outcome.status, Some(1), "{}", outcome.stderr);
-    assert!(outcome.stderr.contains("block 1 of `above` moved "), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("block 1 (set `above`) moved "), "{}", outcome.stderr);
     assert!(outcome.stderr.contains("in step 1, at time "), "{}", outcome.stderr);
     assert!(desk.path("a/energy.csv").exists());
 }

@@ -65,7 +65,7 @@ fn sliding_block_fails_and_is_named() {
     for kind in [RELAX, TO_REST] {
         let (status, message, stages) = run_slope(25.0, kind);
         assert_eq!(status, Some(1), "{message}");
-        let error = "error: stage `weight`: there is no equilibrium: 1 block keeps moving: block 1 of `block`, ";
+        let error = "error: stage `weight`: there is no equilibrium: 1 block keeps moving: block 1 (set `block`), ";
         assert!(message.contains(error), "{message}");
         assert_eq!((stages.len(), &stages[0]["verdict"]), (1, &Value::from("fails")));
         assert!(stages[0]["steps"].as_u64().is_some_and(|steps| steps < 60_000), "{stages:?}");

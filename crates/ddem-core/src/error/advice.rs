@@ -69,7 +69,7 @@ pub(super) fn thicker(joint: Option<&(String, f64)>, missing: f64, far: Option<f
 /// Fastest block of an unfinished relaxation.
 pub(super) fn moving(fastest: Option<&(usize, String, f64)>) -> String {
     fastest.map_or_else(String::new, |(block, set, distance)| {
-        format!("; block {block} of `{set}` moves most, {distance:.1e} m in the last step")
+        format!("; block {block} (set `{set}`) moves most, {distance:.1e} m in the last step")
     })
 }
 
@@ -83,7 +83,9 @@ pub(super) fn named(moving: &[MovingBlock]) -> String {
     }
     let each = moving.iter().take(NAMED).map(
         |MovingBlock { set, block, distance, direction: [x, y, z] }| {
-            format!("block {block} of `{set}`, {distance:.2e} m towards ({x:.2}, {y:.2}, {z:.2})")
+            format!(
+                "block {block} (set `{set}`), {distance:.2e} m towards ({x:.2}, {y:.2}, {z:.2})"
+            )
         },
     );
     let more = if moving.len() > NAMED { ", ..." } else { "" };

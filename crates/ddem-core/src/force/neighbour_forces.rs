@@ -110,10 +110,10 @@ fn add_run<S: Simd, const SHIFT: usize>(
     let part = numbering.upper_part(offset);
     let [from, to] = [part.in_neighbour_forces.step[0], part.in_block.step[0]];
     for [j, k] in part.rows() {
-        let (place, node) = (part.in_neighbour_forces.row(j, k), part.in_block.row(j, k));
+        let (slot, node) = (part.in_neighbour_forces.row(j, k), part.in_block.row(j, k));
         for i in 0..part.count[0] {
             let f = &mut f[node + i * to];
-            *f = add(load(simd, f), load_run::<S, SHIFT>(simd, sources, present, place + i * from))
+            *f = add(load(simd, f), load_run::<S, SHIFT>(simd, sources, present, slot + i * from))
                 .map(Lanes::from);
         }
     }
@@ -130,10 +130,10 @@ fn load_run<S: Simd, const SHIFT: usize>(
     simd: S,
     [low, high]: [&[[Lanes; 3]]; 2],
     present: Option<mask64x4<S>>,
-    place: usize,
+    slot: usize,
 ) -> Vector<S> {
-    let low = load(simd, &low[place]);
-    let force = if SHIFT == 0 { low } else { shifted::<S, SHIFT>(low, load(simd, &high[place])) };
+    let low = load(simd, &low[slot]);
+    let force = if SHIFT == 0 { low } else { shifted::<S, SHIFT>(low, load(simd, &high[slot])) };
     let Some(present) = present else { return force };
     let [x, y, z] = force;
     let zero = splat(simd, 0.0);

@@ -60,7 +60,7 @@ impl Model {
             "no node is nearest to {at:?}: coordinates must be finite"
         );
         let tie = 1e-12 * (self.geometry.bounds[1] - self.geometry.bounds[0]).norm();
-        let place = Vec3::from(at);
+        let point = Vec3::from(at);
         let (mut nearest, mut near) = (f64::INFINITY, Vec::new());
         for (block, distance) in self.boxes().nearest_first(at) {
             if distance > nearest + tie {
@@ -69,7 +69,7 @@ impl Model {
             let topology = self.geometry.topology(block);
             for (local, node) in self.nodes_of(block).enumerate() {
                 let at = topology.steps(local);
-                let distance = (self.geometry.position(block, at) - place).norm();
+                let distance = (self.geometry.position(block, at) - point).norm();
                 nearest = nearest.min(distance);
                 if distance <= nearest + tie {
                     near.push((distance, block, node));

@@ -17,13 +17,13 @@ pub type Function = dyn Fn(f64) -> Result<f64, String> + Send + Sync;
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(rename_all = "lowercase")]
 pub enum History {
-    /// From 0 to 1 in this time `[s]`, then 1.
+    /// Rise from 0 to 1 in this time `[s]`, then 1.
     Ramp(f64),
     /// Pairs of time `[s]` and factor, linear between, constant outside.
     Table(Vec<[f64; 2]>),
     /// A blast after Duvall: the difference of two exponentials with a peak of 1.
     Duvall(Duvall),
-    /// From 0 to 1 and back to 0, along straight lines.
+    /// Rise from 0 to 1 and fall back to 0, along straight lines.
     Triangle(Triangle),
 }
 
@@ -32,9 +32,9 @@ pub enum History {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Duvall {
-    /// Rate at which it fades `[1/s]`.
+    /// Rate α of the fall `[1/s]`.
     pub alpha: f64,
-    /// Rate at which it rises, larger than `alpha` `[1/s]`.
+    /// Rate β of the rise, larger than `alpha` `[1/s]`.
     pub beta: f64,
 }
 
@@ -43,9 +43,9 @@ pub struct Duvall {
 #[cfg_attr(feature = "schema", derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub struct Triangle {
-    /// From 0 to 1 in this time `[s]`.
+    /// Time of the rise from 0 to 1 `[s]`.
     pub rise: f64,
-    /// From 1 to 0 in this time `[s]`, after the rise.
+    /// Time of the fall from 1 to 0 `[s]`, after the rise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fall: Option<f64>,
     /// Total time of rise and fall `[s]`.

@@ -9,9 +9,9 @@ use ddem_mechanics::law::JointLaw;
 
 /// State of a joint at one time.
 pub(crate) struct JointState<'a> {
-    /// Its two blocks.
+    /// Numbers of its two blocks.
     pub(crate) blocks: [usize; 2],
-    /// Its law; `None` if it never fails.
+    /// Law of the joint; `None` if it never fails.
     law: Option<&'a dyn JointLaw>,
     pairs: usize,
     points: JointPairs<'a>,
@@ -102,7 +102,7 @@ impl<'a> JointState<'a> {
         }
     }
 
-    /// Its pairs; empty if the joint has no springs.
+    /// Pairs of the joint; none if it has no springs.
     pub(crate) fn points(&self) -> impl Iterator<Item = &'a JointPoint> {
         (0..self.pairs).filter_map(|pair| self.point(pair))
     }
@@ -113,8 +113,8 @@ impl<'a> JointState<'a> {
     }
 
     /// True if a pair is bonded and the joint has bond strength.
-    pub(crate) fn is_bonded(&self) -> bool {
-        self.law.is_none_or(JointLaw::bonds)
+    pub(crate) fn holds(&self) -> bool {
+        self.law.is_none_or(JointLaw::is_cohesive)
             && match self.points {
                 JointPairs::Absent => false,
                 JointPairs::Elements => true,
@@ -129,7 +129,7 @@ impl<'a> JointState<'a> {
 
     /// True if the joint has rotated so far about its bonded pairs that they must fail.
     pub(crate) fn has_rotated(&self) -> bool {
-        let can = self.law.is_some_and(JointLaw::bonds) && !self.released;
-        can && self.is_bonded() && has_rotated(self.points(), self.spacing)
+        let can = self.law.is_some_and(JointLaw::is_cohesive) && !self.released;
+        can && self.holds() && has_rotated(self.points(), self.spacing)
     }
 }

@@ -108,7 +108,7 @@ impl Snapshot<'_> {
         let mut groups = DisjointSets::new(n);
         let joint_states =
             self.model.joint_states(&self.scratch.measured_joints, &self.scratch.measured_contacts);
-        joint_states.filter(JointState::is_bonded).for_each(|joint| groups.join(joint.blocks));
+        joint_states.filter(JointState::holds).for_each(|joint| groups.join(joint.blocks));
         let mut fragments: Vec<Fragment> = vec![Fragment::default(); n];
         for block in (0..n).filter(|&block| !self.model.is_removed(block)) {
             let fragment = &mut fragments[groups.lowest(block)];

@@ -28,11 +28,11 @@ pub use state::{ContactSummary, FragmentSummary, JointSummary, Largest, Reaction
 /// Location of the values of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FieldLocation {
-    /// At the nodes.
+    /// Nodes.
     Node,
-    /// In the hex8 elements of the blocks.
+    /// Hex8 elements of the blocks.
     Element,
-    /// At the pairs of joints.
+    /// Pairs of joints.
     Pair,
 }
 

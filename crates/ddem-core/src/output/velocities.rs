@@ -61,8 +61,8 @@ impl Snapshot<'_> {
     /// Velocity between `v⁻` and `v⁺` `[m/s]`.
     fn velocity(&self, pack: usize, at: usize, lane: usize) -> f64 {
         let motion = self.context.motion;
-        let place = 3 * self.model.packs.packs[pack].start + at;
-        let v = self.state.v[place].0[lane];
+        let slot = 3 * self.model.packs.packs[pack].start + at;
+        let v = self.state.v[slot].0[lane];
         if motion.fictitious {
             return 0.0;
         }
@@ -71,7 +71,7 @@ impl Snapshot<'_> {
         }
         let class = &motion.classes[self.model.assembly.pack_inertia[pack] as usize];
         let [a, b, _] = class.at(at, lane);
-        let f = self.scratch.f[place].0[lane];
+        let f = self.scratch.f[slot].0[lane];
         let (force, r) = (f - local_damping(motion.local, f, v), motion.previous_step_ratio());
         0.5 * ((2.0 - r) * v + r * (a * v) + r * (b * force))
     }

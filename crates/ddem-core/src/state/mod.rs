@@ -198,16 +198,16 @@ impl State {
         for pack in model.packs.packs.iter().filter(|pack| pack.rigid) {
             for lane in 0..pack.filled {
                 let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
-                let place = |corner: usize, c: usize| 3 * (pack.start + corner) + c;
+                let slot = |corner: usize, c: usize| 3 * (pack.start + corner) + c;
                 let get = |field: &[Lanes]| {
-                    let at = |corner| [0, 1, 2].map(|c| field[place(corner, c)].0[lane]);
+                    let at = |corner| [0, 1, 2].map(|c| field[slot(corner, c)].0[lane]);
                     std::array::from_fn(|corner| Vec3::from(at(corner)))
                 };
                 let (mut u, mut v) = (get(&self.u), get(&self.v));
                 change(mass_properties, &mut self.poses[pack.rigid_start][lane], [&mut u, &mut v]);
                 for (corner, c) in (0..8).flat_map(|corner| [0, 1, 2].map(|c| (corner, c))) {
-                    self.u[place(corner, c)].0[lane] = u[corner][c];
-                    self.v[place(corner, c)].0[lane] = v[corner][c];
+                    self.u[slot(corner, c)].0[lane] = u[corner][c];
+                    self.v[slot(corner, c)].0[lane] = v[corner][c];
                 }
             }
         }

@@ -87,7 +87,7 @@ fn relaxation_names_penetrating_blocks() {
         assert!(*depth > 0.25 && *depth < 0.5, "{depth}");
         let message = error.map(|error| error.to_string()).unwrap_or_default();
         assert!(
-            message.starts_with("block 0 of `piece 0` and block 1 of `piece 1` penetrate"),
+            message.starts_with("block 0 (set `piece 0`) and block 1 (set `piece 1`) penetrate"),
             "{message}"
         );
     }

@@ -71,25 +71,15 @@ fn loads(deck: &Deck, problem: &Problem, faults: &mut Vec<Fault>) -> Vec<LoadPat
     let mut loaded = Vec::new();
     for (index, load) in deck.load.iter().enumerate() {
         let geometry = at_stage(deck, stages, load.from.as_ref());
-        match nodal_forces(load, &selector(&load.r#where), geometry) {
+        let at = format!("load[{index}].where");
+        match nodal_forces(load, &selector(&load.r#where), geometry, at) {
             Ok(forces) => loaded.push(LoadPattern {
                 forces,
                 history: TimeFunction::new(load.history.as_ref()),
                 in_force: deck.stage_range(load.from.as_ref(), load.until.as_ref()),
                 fading: None,
             }),
-            Err("no node") => {
-                let selector = selector(&load.r#where);
-                faults.push(no_node(format!("load[{index}].where"), &selector, geometry));
-            }
-            Err(what) => {
-                let fault = nothing(format!("load[{index}].where"), what);
-                faults.push(match what {
-                    NO_FACE => no_face(fault, &selector(&load.r#where), geometry),
-                    _ if what.starts_with("no ") => fault,
-                    _ => Fault::new(ErrorCode::EmptySelection, fault.place, what),
-                });
-            }
+            Err(fault) => faults.push(fault),
         }
     }
     loaded
@@ -114,8 +104,8 @@ fn charges(
             holes.len() - 1
         });
         match charge(index, deck, &selector(&entry.r#where), &holes[at]) {
-            Ok((charge, doubtful)) => {
-                warnings.push(doubtful);
+            Ok((charge, warning)) => {
+                warnings.push(warning);
                 charged.push(TimedCharge {
                     charge,
                     history: match &entry.history {
@@ -146,18 +136,18 @@ pub(super) fn motions(deck: &Deck, problem: &Problem) -> Vec<StartMotion> {
     deck.initial.iter().skip_while(|initial| !moving(initial)).map(motion).collect()
 }
 
-const NO_FACE: &str = "no outer face of a block";
-
-/// Nodal forces of one load; the error names what was not found.
+/// Nodal forces of one load, whose `where` is at this place of the deck.
 fn nodal_forces(
     load: &Load,
     selector: &Selector,
     geometry: &Geometry,
-) -> Result<Vec<(u32, Vec3)>, &'static str> {
+    at: String,
+) -> Result<Vec<(u32, Vec3)>, Fault> {
+    let refused = |message: &str| Fault::new(ErrorCode::EmptySelection, at.clone(), message);
     let forces: Vec<(u32, Vec3)> = if let Some(line) = load.line {
-        let lengths = selector
-            .lengths(geometry)
-            .ok_or("a line needs planes on two axes, and blocks with an edge along the third")?;
+        let lengths = selector.lengths(geometry).ok_or_else(|| {
+            refused("a line needs planes on two axes, and blocks with an edge along the third")
+        })?;
         lengths.into_iter().map(|(node, length)| (node, Vec3::from(line) * length)).collect()
     } else if let Some(force) = load.force {
         let weights = selector.weights(geometry);
@@ -166,7 +156,9 @@ fn nodal_forces(
     } else {
         let surfaces = selector.surfaces(geometry);
         if surfaces.iter().any(|face| selector.cuts_askew(geometry, face)) {
-            return Err("a range cuts an oblique face askew, which cannot be loaded in part");
+            return Err(refused(
+                "a range cuts an oblique face askew, which cannot be loaded in part",
+            ));
         }
         let of = |face: &BlockFace| {
             let traction = match (load.traction, load.pressure) {
@@ -178,12 +170,14 @@ fn nodal_forces(
         };
         surfaces.iter().flat_map(of).collect()
     };
-    let what = match (load.line, load.force) {
-        (Some(_), _) => "no node lies on that line",
-        (None, Some(_)) => "no node",
-        _ => NO_FACE,
-    };
-    if forces.is_empty() { Err(what) } else { Ok(forces) }
+    if !forces.is_empty() {
+        return Ok(forces);
+    }
+    Err(match (load.line, load.force) {
+        (Some(_), _) => nothing(at, "no node lies on that line"),
+        (None, Some(_)) => no_node(at, selector, geometry),
+        _ => no_face(nothing(at, "no outer face of a block"), selector, geometry),
+    })
 }
 
 /// Fault of a charge whose walls are removed while it is in force.

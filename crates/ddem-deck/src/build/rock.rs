@@ -164,7 +164,8 @@ impl CutRock {
         let faults = regions.filter_map(|(number, region)| {
             let cell = self.cells_of(number).iter().copied().find(odd)?;
             let message = format!(
-                "cell {cell} has a corner of more than three edges, which {} divisions do not fit",
+                "more than three edges meet at a corner of cell {cell}: `divisions` must be a power of \
+                 two, not {}",
                 region.divisions
             );
             let near = region.divisions.next_power_of_two();

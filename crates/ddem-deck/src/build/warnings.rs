@@ -7,7 +7,7 @@ use ddem_core::{ConformingJoint, ContactWarning, Model, counted};
 
 use super::BuiltDeck;
 use super::geometry::interface::{gaps, interfaces};
-use super::geometry::{Interface, place};
+use super::geometry::{Interface, coordinates};
 use crate::lint::{Code, Diagnostic, load_at_rest};
 use crate::schema::{Deck, StageKind, Where};
 
@@ -108,8 +108,8 @@ impl BuiltDeck {
                 let message = format!(
                     "probe `{}` has no block at {}; it records the nearest node, at {}, {distance:.4} m away",
                     probe.name,
-                    place(at),
-                    place(found)
+                    coordinates(at),
+                    coordinates(found)
                 );
                 let help = "give a point of a block, in metres";
                 Diagnostic::warning(Code::FarProbe, format!("probe[{index}].at"), message, help)

@@ -7,20 +7,20 @@ use crate::schema::{Deck, Joint};
 const STEEPEST: f64 = 70.0;
 
 pub(super) fn check(deck: &Deck, at: &str, joint: &Joint, faults: &mut Faults) {
-    let sound = numbers(at, joint, faults);
+    let sound = ranges(at, joint, faults);
     if !joint.can_fail() {
         without_strength(at, joint, faults);
     } else if joint.jrc.is_some() || joint.jcs.is_some() {
-        roughness(at, &sound, faults);
+        barton(at, &sound, faults);
     } else {
-        peaks(at, &sound, faults);
+        residuals(at, &sound, faults);
         softening(deck, at, &sound, faults);
     }
 }
 
 /// Checks each number alone. Returns the joint with NaN in place of numbers that break their rule.
 /// Comparisons with NaN are false, so a mistake is not reported twice.
-fn numbers(at: &str, joint: &Joint, faults: &mut Faults) -> Joint {
+fn ranges(at: &str, joint: &Joint, faults: &mut Faults) -> Joint {
     let mut sound = joint.clone();
     let angle = Rule::From(0.0, 90.0);
     for (key, value, rule) in [
@@ -67,7 +67,7 @@ fn without_strength(at: &str, joint: &Joint, faults: &mut Faults) {
 }
 
 /// Checks that residual strength and dilation do not exceed the peak strength.
-fn peaks(at: &str, joint: &Joint, faults: &mut Faults) {
+fn residuals(at: &str, joint: &Joint, faults: &mut Faults) {
     for (key, value, peak_key, peak) in [
         ("residual_cohesion", joint.residual_cohesion, "cohesion", joint.cohesion),
         ("residual_friction", joint.residual_friction, "friction", joint.friction),
@@ -85,7 +85,7 @@ fn peaks(at: &str, joint: &Joint, faults: &mut Faults) {
 
 /// Checks the keys of Barton's law: three numbers that need each other and exclude the
 /// keys of the Mohr–Coulomb law.
-fn roughness(at: &str, joint: &Joint, faults: &mut Faults) {
+fn barton(at: &str, joint: &Joint, faults: &mut Faults) {
     let first = if joint.jrc.is_some() { "jrc" } else { "jcs" };
     let law = "with `jrc` and `jcs` the strength in shear is \
                σ_n tan(φ_r + JRC log10(JCS/σ_n)), and `residual_friction` is φ_r; only `tension` \

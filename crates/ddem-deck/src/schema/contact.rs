@@ -25,7 +25,7 @@ pub struct ContactTable {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub friction: Option<f64>,
     /// Damping of contacts, failed pairs and the blocks around them as a fraction of critical, from
-    /// 0 to 1; default 0.2, 0 for a time after a detonation.
+    /// 0 to 1; default 0.2, 0 while waves of a charge cross the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("default" = DAMPING))]
     pub damping: Option<f64>,

@@ -98,10 +98,10 @@ pub enum AxisName {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SmallBlocks {
-    /// Width below which a block is thin, as a part of the median width of the region by volume,
+    /// Width below which a cell is thin, as a part of the median width of the region by volume,
     /// from 0 to 1; default 0.2.
     pub width: f64,
-    /// Treatment of these blocks: `"scaled"` (more inertia), `"rigid"` or `"removed"`; default
+    /// Treatment of thin cells: `"scaled"` (more inertia), `"rigid"` or `"removed"`; default
     /// `"scaled"`.
     pub is: SmallKind,
 }
@@ -146,7 +146,7 @@ pub struct RockCut {
     /// `tunnel`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<PlaneCut>,
-    /// Sides and ends of a tunnel or shaft, `{ outline, from, to }`, which cut the blocks that it
+    /// Sides and ends of a tunnel or shaft, `{ outline, from, to }`, which cut the cells that it
     /// touches; needed without `set` and `plane`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tunnel: Option<TunnelCut>,
@@ -250,8 +250,7 @@ pub struct PlaneCut {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TunnelCut {
-    /// Corners of the outline around the axis, in either direction: to the right, looking from
-    /// `from` to `to`, and up; in a shaft the second coordinate points north, shape (n, 2) `[m]`.
+    /// Corners of the outline around the axis, in either direction, shape (n, 2) `[m]`.
     pub outline: Vec<[f64; 2]>,
     /// Start of the axis `[m]`.
     pub from: [f64; 3],

@@ -1,4 +1,4 @@
-//! Regions: the keys of a `where`.
+//! Selection of a part of space: the keys of a `where`.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -128,7 +128,7 @@ pub struct Cylinder {
 pub struct Plane {
     /// A point on it `[m]`.
     pub point: [f64; 3],
-    /// Its normal, of any length; default none.
+    /// Normal of the plane, of any length; default none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal: Option<[f64; 3]>,
     /// Angle below the horizontal of its steepest line, from 0 to 90 `[degrees]`; default none.

@@ -52,7 +52,7 @@ fn conditions() -> [(&'static str, String); 4] {
     [
         ("increments", format!(", {driven} with supports driven by a `displacement`")),
         ("friction", format!(", {FRICTION} if neither has one")),
-        ("damping", ", 0 for a time after a detonation".to_owned()),
+        ("damping", ", 0 while waves of a charge cross the model".to_owned()),
         ("release", ": at once".to_owned()),
     ]
 }

@@ -35,7 +35,8 @@ fn page() -> String {
         An error ends the run. The command line shows the line of the deck and underlines what is wrong; exit status 2 means\n\
         that nothing has run, 1 that the run failed. In Python the exceptions under `ddem.Error` have the attribute `code`, and\n\
         each of `ddem.ModelError.faults` has its own. In Rust `Fault`, `ModelError`, `DeckError`, `BuildError`,\n\
-        `RunError`, `RestoreError`, `RunFailure`, `FolderError` and `OutputError` have it.\n\n\
+        `RunError`, `RestoreError`, `RunFailure`, `FolderError` and `OutputError` have it. Wrong arguments of a call in Python,\n\
+        and functions that draw, raise the usual `TypeError`, `ValueError` or `KeyError` without a code.\n\n\
         ```\n\
         deck.toml:10:1: materials.rock.denisty: unknown key `denisty` (did you mean `density`? keys here: `density`, `young`, `poisson`) [unknown-key]\n\
         ```\n\n";

@@ -46,8 +46,8 @@ pub fn table(rock: &CutRock) -> String {
     if rock.complex.n_uncut() > 0 {
         let _ = writeln!(
             text,
-            "a plane passed nearly through corners {}: the cell there stayed whole",
-            counted(rock.complex.n_uncut(), "time")
+            "{} left a cell whole, because the plane passes nearly through its corners",
+            counted(rock.complex.n_uncut(), "cut")
         );
     }
     text + &thinnest(rock)

@@ -22,9 +22,9 @@ const WHOLE: usize = 2;
 #[derive(Debug)]
 pub(super) struct Files {
     blocks: Writer,
-    /// Only for a model with joints, since some readers cannot handle a mesh without cells.
+    /// File of the joints; `None` without joints: some readers cannot handle a mesh without cells.
     joints: Option<Writer>,
-    /// Only for a model whose blocks can come into contact.
+    /// File of the contacts; `None` if blocks cannot come into contact.
     contacts: Option<Writer>,
     pub(super) probes: Table,
     pub(super) energy: Table,

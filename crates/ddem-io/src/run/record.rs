@@ -26,11 +26,11 @@ pub(super) struct Schedule {
 
 #[derive(Clone, Copy, Debug)]
 enum Due {
-    /// At the multiples of a number of steps, and at the end.
+    /// Multiples of a number of steps, and the end.
     Every(u64),
-    /// A number of times, spread evenly over a number of steps.
+    /// Number of times, spread evenly over a number of steps.
     Times(u64, u64),
-    /// Only at the end.
+    /// The end alone.
     End,
 }
 
@@ -104,7 +104,7 @@ pub(super) struct Recorder {
     /// Time shift between frames at equal times.
     nudge: f64,
     /// Step and time of the last reported samples.
-    last_told: Option<(u64, f64)>,
+    last_event: Option<(u64, f64)>,
 }
 
 /// Callback for samples.
@@ -112,7 +112,7 @@ pub(super) type Tell<'a> = dyn FnMut(Event<'_>) + 'a;
 
 impl Recorder {
     pub(super) fn new(samplers: Vec<Sampler>, nudge: f64) -> Self {
-        Self { samplers, files: None, nudge, last_told: None }
+        Self { samplers, files: None, nudge, last_event: None }
     }
 
     /// Creates new files.
@@ -177,7 +177,7 @@ impl Recorder {
         tell: &mut Tell<'_>,
     ) -> Result<(), OutputError> {
         let new_files = self.files.as_ref().is_some_and(Files::are_new);
-        if new_files || (self.files.is_none() && self.last_told.is_none()) {
+        if new_files || (self.files.is_none() && self.last_event.is_none()) {
             self.sample(simulation, stage, &vec![true; self.samplers.len()], tell)?;
         }
         if new_files {
@@ -203,10 +203,10 @@ impl Recorder {
             }
         }
         let (step, time) = (simulation.steps(), simulation.time());
-        if self.last_told != Some((step, time)) {
+        if self.last_event != Some((step, time)) {
             tell(Event::Sample { step, time, values: &row });
         }
-        self.last_told = Some((step, time));
+        self.last_event = Some((step, time));
         match &mut self.files {
             Some(files) => files.probes.row(stage, step, time, &row),
             None => Ok(()),

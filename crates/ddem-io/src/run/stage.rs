@@ -39,7 +39,7 @@ pub(super) struct StageProgress {
     recording: Duration,
     steps_before: u64,
     last_progress: Instant,
-    /// For each charge, true if it had detonated by then.
+    /// Flags by charge, true if it had detonated by then.
     detonated: Vec<bool>,
     /// Reason why the stage did not come to rest.
     failure: Option<RunError>,

@@ -87,7 +87,7 @@ fn point(point: [f64; 3]) -> String {
 }
 
 fn largest(Largest { size, block, set, point: at, .. }: &Largest, unit: &str) -> String {
-    let of = if set.is_empty() { String::new() } else { format!(" of `{set}`") };
+    let of = if set.is_empty() { String::new() } else { format!(" (set `{set}`)") };
     format!("at most {}, in block {block}{of} at {}", quantity(*size, unit), point(*at))
 }
 
@@ -141,7 +141,7 @@ fn energy(energy: &Energy) -> String {
 
 fn moving(f: &mut fmt::Formatter<'_>, moving: &[MovingBlock]) -> fmt::Result {
     for MovingBlock { set, block, distance, direction } in moving.iter().take(LISTED) {
-        let of = if set.is_empty() { String::new() } else { format!(" of `{set}`") };
+        let of = if set.is_empty() { String::new() } else { format!(" (set `{set}`)") };
         let [x, y, z] = direction.map(|d| (d * 100.0).round() / 100.0 + 0.0);
         let distance = quantity(*distance, "m");
         line(f, "moving", &format!("block {block}{of}: {distance} along ({x}, {y}, {z})"))?;
@@ -176,14 +176,14 @@ impl fmt::Display for StageSummary {
             if let [_, Some(unstable)] = self.bracket.unwrap_or_default() {
                 let trial =
                     if undecided(&self.trials, Some(unstable)) { "undecided" } else { "failing" };
-                line(f, "frames", &format!("of the {trial} trial, strengths / {unstable:.4}"))?;
+                line(f, "last frame", &format!("{trial} trial, strengths / {unstable:.4}"))?;
             }
             moving(f, &self.moving)?;
             // Without an equilibrium before the search there is no state worth a description.
             if self.verdict != Verdict::AtRest {
                 return line(f, "verdict", &format!("{} with its own strengths", self.verdict));
             }
-            line(f, "verdict", "at rest before the search, in this state:")?;
+            line(f, "verdict", "at rest before the search; the lines below describe that state")?;
         } else {
             line(f, "verdict", &self.verdict.to_string())?;
             moving(f, &self.moving)?;

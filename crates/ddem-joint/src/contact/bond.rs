@@ -38,11 +38,11 @@ pub struct Bond {
 /// Nonconforming joint that a contact has replaced.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ReleasedJoint {
-    /// Its blocks, the lower number first.
+    /// Numbers of the blocks, the lower one first.
     pub blocks: [u32; 2],
     /// Joint, law and status.
     pub bond: Bond,
-    /// Its pairs in their last state.
+    /// Pairs of points in their last state.
     pub pairs: Box<[JointPoint]>,
 }
 
@@ -287,7 +287,7 @@ impl Patch {
     ) -> Option<JointStatus> {
         let law = context.law(self.bond?.law);
         let (moved, any_bonded) = PairMotion::of(self.pairs(), law);
-        let bonded = any_bonded && law.is_none_or(|law| law.bonds());
+        let bonded = any_bonded && law.is_none_or(|law| law.is_cohesive());
         let rigid = self.blocks.iter().any(|&block| configuration.blocks[block as usize].rigid);
         Some(moved.status(bonded, rigid, self.spacing(configuration)))
     }

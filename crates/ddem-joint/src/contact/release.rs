@@ -20,7 +20,7 @@ use ddem_mesh::{Geometry, Vec3};
 
 /// Slip or opening beyond which a joint is mobilised, as a fraction of the spacing of its pairs. The
 /// blocks around a mobilised joint may meet.
-pub(super) const LOOSE: f64 = 0.01;
+pub(super) const MOBILISED: f64 = 0.01;
 /// Slip of a joint at its release, as a fraction of the spacing of its pairs.
 pub(super) const SLID: f64 = 0.5;
 /// Least number of packs per parallel task.
@@ -96,7 +96,7 @@ fn status_of(
     // Without bond strength an unfailed pair holds no more than a failed one. Neither do the last
     // two pairs of rigid blocks: they lie at quarter points, but the block rotates about its edge.
     let has_rotated = pack.rigid && moved.open >= 2;
-    let bonded = any_bonded && !has_rotated && law.is_none_or(|law| law.bonds());
+    let bonded = any_bonded && !has_rotated && law.is_none_or(|law| law.is_cohesive());
     moved.status(bonded, pack.rigid, section.spacing(lane))
 }
 
@@ -152,7 +152,7 @@ impl PairMotion {
         let open = match (self.softens, rigid) {
             (true, _) => SLID,
             (_, true) => 0.0,
-            _ => LOOSE,
+            _ => MOBILISED,
         };
         self.slip > SLID * spacing || self.opening > open * spacing
     }
@@ -160,7 +160,7 @@ impl PairMotion {
     pub(super) fn status(self, bonded: bool, rigid: bool, spacing: f64) -> JointStatus {
         if !bonded && self.is_released(rigid, spacing) {
             JointStatus::Pending
-        } else if self.slip.max(self.opening) > LOOSE * spacing {
+        } else if self.slip.max(self.opening) > MOBILISED * spacing {
             JointStatus::Mobilised
         } else {
             JointStatus::InPlace
@@ -251,7 +251,7 @@ fn fail_bonded_pairs(
 ) -> u64 {
     let law = at.sections.get(index, d).and_then(|section| context.law(section.laws[lane]));
     let Some(broken) = broken_joints.at(index)[1 << d].as_mut() else { return 0 };
-    if law.is_none_or(|law| !law.bonds()) {
+    if law.is_none_or(|law| !law.is_cohesive()) {
         return 0;
     }
     broken.fail_bonded(lane, context.time)

@@ -10,7 +10,7 @@ const PARALLEL: f64 = 1e-9;
 /// One side of a face contact, projected along the normal.
 pub(super) struct ContactSide<'a> {
     pub(super) contact_block: &'a ContactBlock,
-    /// Its nodes in the plane `[m]`.
+    /// Positions of its nodes in the plane `[m]`.
     nodes: Vec<[f64; 2]>,
     pub(super) outline: [[f64; 2]; 4],
     /// Area of one element's face `[m²]`.

@@ -180,7 +180,7 @@ pub trait JointLaw: Debug + Send + Sync {
     fn residual(&self, normal: f64) -> f64;
 
     /// True if a bonded point carries load without pressure.
-    fn bonds(&self) -> bool {
+    fn is_cohesive(&self) -> bool {
         self.tension() > 0.0 || self.peak(0.0) > 0.0
     }
 

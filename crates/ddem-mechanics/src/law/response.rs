@@ -184,7 +184,7 @@ fn limits<L: JointLaw + ?Sized>(law: &L, state: &PointState) -> (f64, f64) {
     (peak.max(residual), residual)
 }
 
-/// Losses `∫ T · d(inelastic opening and slip)` by the trapezoidal rule, as in the time step.
+/// Losses `∫ T · d(inelastic opening and slip)` by the trapezoidal rule, as in the time step `[J/m²]`.
 #[inline(always)]
 fn loss<L: JointLaw + ?Sized>(law: &L, before: &PointState, after: &PointState) -> PointLoss {
     let mut loss = PointLoss::default();

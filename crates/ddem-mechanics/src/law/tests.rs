@@ -32,8 +32,8 @@ fn lead(
     start: PointState,
 ) -> (PointState, PointLoss) {
     let (mut state, mut sum) = (start, PointLoss::default());
-    for opening in path {
-        let loss = respond(law, STIFFNESS, opening, &mut state);
+    for displacement in path {
+        let loss = respond(law, STIFFNESS, displacement, &mut state);
         sum.friction += loss.friction;
         sum.fracture += loss.fracture;
     }

@@ -69,13 +69,13 @@ def not_there(folder: Path) -> str:
     if folder.is_file():
         return f"{folder} is a file: results are in a folder, such as {str(folder.parent)!r}"
     looked = ", ".join(LOOKED_FOR)
-    said = f"{folder} has no results: none of these files exists: {looked}"
+    message = f"{folder} has no results: none of these files exists: {looked}"
     around = folder
     if not folder.exists():
-        said, around = f"{folder} does not exist", folder.parent
+        message, around = f"{folder} does not exist", folder.parent
         meant = _near(folder)
         if meant is not None and any((meant / name).exists() for name in LOOKED_FOR):
-            return f"{said}; did you mean {str(meant)!r}?"
+            return f"{message}; did you mean {str(meant)!r}?"
     inside = sorted(around.iterdir()) if around.is_dir() else []
     near = [str(path) for path in inside if any((path / name).exists() for name in LOOKED_FOR)]
-    return f"{said}; {choices(str(folder), near)}" if near else said
+    return f"{message}; {choices(str(folder), near)}" if near else message

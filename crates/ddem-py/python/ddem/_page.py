@@ -66,7 +66,7 @@ def _figure(
         go: Any = import_module("plotly.graph_objects")
     except ImportError as missing:
         raise ImportError('pages need plotly: pip install "ddem[plot]"') from missing
-    title, told = about
+    title, subtitle = about
     drawn = [layer for layer in layers if len(layer.cells)]
     far = any(layer.far is not None and layer.far.any() for layer in drawn)
     # Joints and lines lie on the blocks: if some blocks are far away, only the others are fitted.
@@ -102,7 +102,7 @@ def _figure(
     figure.update_layout(
         template="none",
         title={
-            "text": f'{_plain(title)}<br><span style="font-size: 13px">{_plain(told)}</span>',
+            "text": f'{_plain(title)}<br><span style="font-size: 13px">{_plain(subtitle)}</span>',
             "font": {"size": 18},
             "x": 0.01,
         },

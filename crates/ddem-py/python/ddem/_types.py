@@ -22,7 +22,7 @@ Path: TypeAlias = Union[str, "os.PathLike[str]"]
 
 
 class Sphere(TypedDict):
-    """Region inside a sphere."""
+    """Inside of a sphere."""
 
     # entries: Sphere
     centre: Vector
@@ -30,7 +30,7 @@ class Sphere(TypedDict):
     # end
 
 
-#: Region inside a cylinder.
+#: Inside of a cylinder.
 # dictionary: Cylinder
 Cylinder = TypedDict("Cylinder", {"from": Vector, "to": Vector, "radius": float})
 # end

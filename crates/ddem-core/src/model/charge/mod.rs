@@ -59,7 +59,7 @@ impl Gas {
 pub struct GasCharge {
     /// Nodes on which it acts, in ascending order.
     pub nodes: Vec<u32>,
-    /// Their reference positions `[m]`.
+    /// Reference positions of these nodes `[m]`.
     pub start: Vec<Vec3>,
     /// Surfaces of the gas, separate from each other.
     pub surfaces: Vec<GasSurface>,

@@ -211,8 +211,8 @@ const POWERS: [usize; 3] = [1, 3, 9];
 
 /// Blocks around those of a pack, as in [`Preconditioner::beside`].
 fn beside(model: &Model, pack: usize) -> [Neighbours; 27] {
-    std::array::from_fn(|place| {
-        let step = POWERS.map(|power| [0, 1, -1][place / power % 3]);
+    std::array::from_fn(|number| {
+        let step = POWERS.map(|power| [0, 1, -1][number / power % 3]);
         model.packs.neighbours(&model.geometry, &model.packs.packs[pack], step)
     })
 }

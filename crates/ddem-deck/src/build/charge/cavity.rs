@@ -26,7 +26,7 @@ pub(super) struct Cavity {
     pub(super) mesh: SurfaceBuilder,
     /// Volume by its cells `[m³]`.
     pub(super) volume: f64,
-    /// Its shortest extent `[m]`.
+    /// Shortest extent of the cavity `[m]`.
     pub(super) shortest_extent: f64,
     /// Numbers of selected walls and of all walls.
     pub(super) walls: [usize; 2],
@@ -168,7 +168,7 @@ impl CavityCells<'_> {
         let (e, f) = ((d + 1) % 3, (d + 2) % 3);
         // Points beyond the joint between sets, in the quarters of the side: smaller blocks may
         // meet in its middle.
-        let place = |beyond: f64, [i, k]: [f64; 2]| {
+        let point = |beyond: f64, [i, k]: [f64; 2]| {
             let mut along = [0.0; 3];
             let between = |d: usize, part: f64| {
                 let [low, high] = [0, 1].map(|end| lattice.cuts[d][cell[d] + end]);
@@ -182,10 +182,10 @@ impl CavityCells<'_> {
         // A lid may have a joint below it; points farther away are tried if the nearest find
         // nothing.
         let seen = BEYOND.iter().flat_map(|&beyond| quarters.map(|quarter| (beyond, quarter)));
-        let mut seen = seen.map(|(beyond, quarter)| self.behind(&place(beyond, quarter)));
+        let mut seen = seen.map(|(beyond, quarter)| self.behind(&point(beyond, quarter)));
         let first = seen.by_ref().take(quarters.len()).max();
         let end = first.filter(|end| *end != CavityEnd::Open).or_else(|| seen.max());
-        (place(0.0, [0.5; 2]), end.unwrap_or(CavityEnd::Open))
+        (point(0.0, [0.5; 2]), end.unwrap_or(CavityEnd::Open))
     }
 
     /// Neighbour in other lattices at a point. If there are several, it is the last in the order of

@@ -12,7 +12,7 @@ use self::holes::walls;
 pub(super) use self::holes::{Holes, is_wall};
 use self::mesh::SurfaceBuilder;
 use super::geometry::touching::TouchingFaces;
-use super::geometry::{Selector, place};
+use super::geometry::{Selector, coordinates};
 use crate::lint::Diagnostic;
 use crate::schema::{self, ChargeHistory, Deck};
 use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3};
@@ -184,7 +184,7 @@ fn no_face(index: usize, selector: &Selector, holes: &Holes<'_>) -> Fault {
     let nearest = cavity.chain(joints).min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)));
     match nearest {
         Some((kind, at)) => {
-            fault.help(format!("the nearest is a {kind} with its centre at {}", place(at)))
+            fault.help(format!("the nearest is a {kind} with its centre at {}", coordinates(at)))
         }
         None => fault.help(
             "the model has neither cavities nor joints; a pressure on outer faces is a `[[load]]`",

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::super::geometry::touching::TouchingFaces;
-use super::super::geometry::{Selector, place};
+use super::super::geometry::{Selector, coordinates};
 use super::cavity::{Cavity, CavityEnd};
 use super::holes::Holes;
 use crate::lint::{Code, Diagnostic};
@@ -14,7 +14,7 @@ use ddem_core::problem::{Geometry, Vec3};
 /// Atmospheric pressure `[Pa]`.
 const AIR: f64 = 1e5;
 
-fn of_region(index: usize, code: Code, message: String, help: &str) -> Diagnostic {
+fn of_where(index: usize, code: Code, message: String, help: &str) -> Diagnostic {
     Diagnostic::warning(code, format!("charge[{index}].where"), message, help)
 }
 
@@ -36,7 +36,7 @@ pub(super) fn of_cavities(
         if own < all {
             let message = format!("the charge pushes {own} of the {all} walls of its cavity");
             let help = "`where` must contain the centres of all walls";
-            warnings.push(of_region(index, Code::UnselectedWalls, message, help));
+            warnings.push(of_where(index, Code::UnselectedWalls, message, help));
         }
         if let Some(&first) = cavity.within.first() {
             let message = format!(
@@ -44,10 +44,10 @@ pub(super) fn of_cavities(
                  pressure there, and this volume counts as cavity",
                 counted(cavity.within.len(), "block"),
                 deck.set_name(geometry.set(first)),
-                place(geometry.centre(first))
+                coordinates(geometry.centre(first))
             );
             let help = "`[[remove]]` these blocks as well, or move the charge";
-            warnings.push(of_region(index, Code::BlocksInCavity, message, help));
+            warnings.push(of_where(index, Code::BlocksInCavity, message, help));
         }
     }
     warnings
@@ -55,7 +55,7 @@ pub(super) fn of_cavities(
 
 /// Warning about a cavity whose surface is open at a point.
 fn ended(index: usize, end: CavityEnd, at: Vec3, deck: &Deck) -> Diagnostic {
-    let at = place(at);
+    let at = coordinates(at);
     let split = "split all blocks around the cavity alike";
     match end {
         CavityEnd::Open => {
@@ -64,21 +64,21 @@ fn ended(index: usize, end: CavityEnd, at: Vec3, deck: &Deck) -> Diagnostic {
                  nothing balances its force on the opening"
             );
             let help = "leave blocks at the end of the hole, as stemming";
-            of_region(index, Code::OpenCavity, message, help)
+            of_where(index, Code::OpenCavity, message, help)
         }
         CavityEnd::OtherCavity => {
             let message = format!(
                 "its cavity continues at {at} among blocks that `[[refine]]` splits in another way: the gas does \
                  not get there"
             );
-            of_region(index, Code::DividedCavity, message, split)
+            of_where(index, Code::DividedCavity, message, split)
         }
         CavityEnd::Split => {
             let message = format!(
                 "its cavity borders on blocks that `[[refine]]` splits in another way, at {at}: the gas does not \
                  push them"
             );
-            of_region(index, Code::DividedCavity, message, split)
+            of_where(index, Code::DividedCavity, message, split)
         }
         CavityEnd::Set(set) => {
             let message = format!(
@@ -86,7 +86,7 @@ fn ended(index: usize, end: CavityEnd, at: Vec3, deck: &Deck) -> Diagnostic {
                 deck.set_name(set)
             );
             let help = "all blocks around a cavity must belong to one set";
-            of_region(index, Code::SetsInCavity, message, help)
+            of_where(index, Code::SetsInCavity, message, help)
         }
     }
 }
@@ -104,11 +104,11 @@ pub(super) fn of_joints(
         let others = counted(others, "joint");
         let message = format!("the gas does not push {others} between faces that do not match");
         let help = "split the blocks on both sides alike, or leave these joints out of `where`";
-        warnings.push(of_region(index, Code::NonconformingJoints, message, help));
+        warnings.push(of_where(index, Code::NonconformingJoints, message, help));
     }
     // A sphere or cylinder around the centre of a block probably stands for a hole that nobody has
     // removed. If it is wider than two blocks, it may select the joints of a part of the model.
-    // Regions with planes select joints, too.
+    // A `where` with planes selects joints, too.
     let hole = selector.is_round() && selector.planes() == 0;
     let inside = |&block: &usize| {
         let (centre, edge) = (geometry.centre(block), geometry.shortest_edge(block));
@@ -118,11 +118,11 @@ pub(super) fn of_joints(
     if hole && let Some(block) = holes.blocks_near(selector).find(inside) {
         let message = format!(
             "no cavity is found: there is a block at {}, and the charge acts on {}",
-            place(geometry.centre(block)),
+            coordinates(geometry.centre(block)),
             counted(joints, "joint")
         );
         let help = "a `[[remove]]` makes the hole";
-        warnings.push(of_region(index, Code::MissingRemove, message, help));
+        warnings.push(of_where(index, Code::MissingRemove, message, help));
     }
     warnings
 }

@@ -16,7 +16,7 @@ pub(crate) fn nothing(place: String, what: &str) -> Fault {
 const RULES: &str = "planes are met within 1e-6 of the model's size; ranges include their ends";
 
 /// Position as text, in the notation of a deck.
-pub(crate) fn place(x: Vec3) -> String {
+pub(crate) fn coordinates(x: Vec3) -> String {
     // Rounding errors become 0, not -0.
     let [x, y, z] = <[f64; 3]>::from(x).map(|x| (x * 1e6).round() / 1e6 + 0.0);
     format!("[{x}, {y}, {z}]")
@@ -55,7 +55,7 @@ fn nearest(
 ) -> Fault {
     let far = |x: &Vec3| selector.distance(x, x);
     match all.min_by(|a, b| far(a).total_cmp(&far(b))) {
-        Some(at) => fault.help(format!("{RULES}; {what} at {}", place(at))),
+        Some(at) => fault.help(format!("{RULES}; {what} at {}", coordinates(at))),
         None => fault,
     }
 }
@@ -106,8 +106,8 @@ impl Selector {
             let n = lattice.divisions + 1;
             for local in 0..n * n * n {
                 let x = geometry.position(block, [local % n, local / n % n, local / (n * n)]);
-                let place = if lattice.rigid { geometry.centre(block) } else { x };
-                let far = self.distance(&x, &place);
+                let point = if lattice.rigid { geometry.centre(block) } else { x };
+                let far = self.distance(&x, &point);
                 if nearest.is_none_or(|(least, _)| far < least) {
                     nearest = Some((far, (block, x)));
                 }
@@ -117,15 +117,15 @@ impl Selector {
     }
 
     /// Distance of a node from the selector `[m]`: of the node `x` from the planes, and of the point
-    /// `place` that counts for it from ranges and shapes.
-    pub(crate) fn distance(&self, x: &Vec3, place: &Vec3) -> f64 {
+    /// `point` that counts for it from ranges and shapes.
+    pub(crate) fn distance(&self, x: &Vec3, point: &Vec3) -> f64 {
         let out = |axis: usize| {
             // Unlike `clamp`, this accepts any range.
-            self.ranges[axis].map_or(0.0, |[from, to]| place[axis] - place[axis].min(to).max(from))
+            self.ranges[axis].map_or(0.0, |[from, to]| point[axis] - point[axis].min(to).max(from))
         };
         let off = self.planes.iter().map(|plane| plane.signed_distance(x));
         let all: f64 = off.chain((0..3).map(out)).map(|far| far * far).sum();
-        libm::hypot(all.sqrt(), self.beyond_shapes(place))
+        libm::hypot(all.sqrt(), self.beyond_shapes(point))
     }
 
     /// Distance of a point from the centre of the sphere or the axis of the cylinder, and the radius `[m]`.

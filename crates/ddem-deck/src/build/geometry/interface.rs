@@ -57,8 +57,8 @@ pub(in crate::build) fn interfaces(geometry: &Geometry, deck: &Deck) -> Vec<Inte
     let contacts =
         if deck.finds_contacts() { TouchingFaces(geometry).unjoined() } else { Vec::new() };
     let contacts = contacts.into_iter().map(|blocks| (sets(geometry, blocks), None));
-    for place in joined.filter(|([a, b], _)| a != b).chain(contacts) {
-        *faces.entry(place).or_default() += 1;
+    for pair in joined.filter(|([a, b], _)| a != b).chain(contacts) {
+        *faces.entry(pair).or_default() += 1;
     }
     let named = |((sets, joint), faces): ((SetPair, Option<u16>), usize)| Interface {
         sets: sets.map(|set| deck.set_name(set)),

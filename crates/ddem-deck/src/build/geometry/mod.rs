@@ -19,7 +19,7 @@ mod terrain;
 pub(super) mod touching;
 
 use empty_selection::no_block;
-pub(super) use empty_selection::{no_face, no_node, nothing, place};
+pub(super) use empty_selection::{coordinates, no_face, no_node, nothing};
 pub use interface::Interface;
 use lattice::lattices;
 pub use selection::Selection;

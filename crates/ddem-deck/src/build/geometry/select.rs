@@ -18,9 +18,9 @@ impl Selector {
         let x = geometry.position(block, at);
         // A rigid block is selected as a whole, by its centroid.
         let whole = geometry.is_rigid(block);
-        let place = if whole { geometry.centre(block) } else { x };
+        let point = if whole { geometry.centre(block) } else { x };
         self.has_set(geometry.set(block))
-            && self.in_ranges(&place)
+            && self.in_ranges(&point)
             && self.planes.iter().all(|plane| {
                 plane.has(&x)
                     || (0..3).any(|d| {

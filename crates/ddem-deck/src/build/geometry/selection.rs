@@ -21,7 +21,7 @@ pub struct Selection {
     pub blocks: usize,
     /// Volume of their cells, including half of the surrounding joints `[m³]`.
     pub volume: f64,
-    /// Name of the shape: sphere, cylinder, surface, half-space, topography, box, or region for
+    /// Name of the shape: sphere, cylinder, surface, half-space, topography, box, or shapes for
     /// several of them.
     pub shape: &'static str,
     /// Volume of the shape `[m³]`, of cylinders and half-spaces only within the sets of blocks;
@@ -101,7 +101,7 @@ impl Selector {
         match (there.next(), there.next()) {
             (None, _) => (ranges && turned).then_some("box"),
             (Some(name), None) if !ranges => Some(name),
-            _ => Some("region"),
+            _ => Some("shapes"),
         }
     }
 

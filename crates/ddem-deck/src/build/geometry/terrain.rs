@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Selector, place};
+use super::{Selector, coordinates};
 use crate::schema::{Heights, Where};
 use ddem_core::problem::{Lattice, Sets, Vec3};
 use ddem_core::{ErrorCode, Fault};
@@ -39,13 +39,18 @@ impl Terrain {
         let Heights { x: columns, y: rows, rim, .. } = &*self.0;
         let out = [(columns, x.x), (rows, x.y)];
         if out.iter().all(|(axis, at)| between(axis, *at, rim + clear).is_some()) {
-            return format!("it has no height at {}", place(*x));
+            return format!("it has no height at {}", coordinates(*x));
         }
         let end = |axis: &[f64]| {
             let ends = [axis.first(), axis.last()].map(|end| end.copied().unwrap_or(0.0));
             format!("from {} to {}", ends[0] - rim, ends[1] + rim)
         };
-        format!("it covers x {} and y {}, and the model has {}", end(columns), end(rows), place(*x))
+        format!(
+            "it covers x {} and y {}, and the model has {}",
+            end(columns),
+            end(rows),
+            coordinates(*x)
+        )
     }
 }
 

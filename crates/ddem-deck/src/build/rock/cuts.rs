@@ -7,7 +7,7 @@ use ddem_cut::{
     Tunnel, expected_cells,
 };
 
-use crate::build::geometry::{Selector, place};
+use crate::build::geometry::{Selector, coordinates};
 use crate::schema::{Deck, PlaneCut, RockCut, SetCut, SetSpacing, SpacingLaw, TunnelCut, Where};
 
 /// Length of the difference of two unit vectors below which they are one direction.
@@ -22,7 +22,7 @@ struct RegionGroup {
 }
 
 /// Planes of a cut, and the regions that they cut.
-struct CutWork {
+struct RegionCut {
     shape: CutShape,
     compass: Compass,
     regions: Vec<u32>,
@@ -58,18 +58,19 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
         if !chosen.contains(&true) {
             return Err(vec![no_cell(&rock, format!("{at}.where"), &entry.r#where)]);
         }
-        let works = whole.works(entry, number as u32);
+        let cuts = whole.cuts(entry, number as u32);
         let mut all = CutCount::default();
-        for work in &works {
-            // Cells that another work has made are none of this one.
+        for region_cut in &cuts {
+            // Cells made by the planes of other regions are not selected.
             let is_chosen = |cell: usize| chosen.get(cell).is_some_and(|chosen| *chosen);
             let allowed =
-                rock.select(|cell, of| is_chosen(cell) && work.regions.contains(&of.region));
-            let cells = rock.cells().len() as f64 + divisions(&rock, entry, &whole, work, &allowed);
+                rock.select(|cell, of| is_chosen(cell) && region_cut.regions.contains(&of.region));
+            let cells =
+                rock.cells().len() as f64 + divisions(&rock, entry, &whole, region_cut, &allowed);
             if cells > MOST_CELLS as f64 {
                 return Err(vec![too_many_fault(deck, format!("{at}.set.spacing"), cells)]);
             }
-            let count = match &work.shape {
+            let count = match &region_cut.shape {
                 CutShape::Planes(planes) => rock.cut(planes, allowed),
                 CutShape::Tunnel(tunnel) => rock.cut_tunnel(tunnel, allowed),
             };
@@ -80,7 +81,7 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
             return Err(vec![too_many_fault(deck, at, rock.cells().len() as f64)]);
         }
         if all.divisions == 0
-            && let Some(fault) = without_effect(&rock, entry, &at, &works, &chosen, &whole)
+            && let Some(fault) = without_effect(&rock, entry, &at, &cuts, &chosen, &whole)
         {
             return Err(vec![fault]);
         }
@@ -102,19 +103,19 @@ impl<'a> WholeRock<'a> {
 
     /// Planes of a cut. Regions with the same planes are cut together, so that faces which they share
     /// are divided alike.
-    fn works(&self, entry: &RockCut, number: u32) -> Vec<CutWork> {
-        let mut works: Vec<CutWork> = Vec::new();
+    fn cuts(&self, entry: &RockCut, number: u32) -> Vec<RegionCut> {
+        let mut cuts: Vec<RegionCut> = Vec::new();
         for group in &self.groups {
             let Some(shape) = self.shape(entry, number, group) else { continue };
-            match works.iter_mut().find(|work| work.shape == shape) {
-                Some(work) => work.regions.extend(&group.regions),
+            match cuts.iter_mut().find(|region_cut| region_cut.shape == shape) {
+                Some(region_cut) => region_cut.regions.extend(&group.regions),
                 None => {
                     let RegionGroup { compass, regions, .. } = group;
-                    works.push(CutWork { shape, compass: *compass, regions: regions.clone() });
+                    cuts.push(RegionCut { shape, compass: *compass, regions: regions.clone() });
                 }
             }
         }
-        works
+        cuts
     }
 
     fn shape(&self, entry: &RockCut, number: u32, group: &RegionGroup) -> Option<CutShape> {
@@ -203,8 +204,8 @@ fn no_cell(rock: &CellComplex, at: String, region: &Where) -> Fault {
     } else {
         format!(
             "cells count by their centroid: here these lie from {} to {}",
-            place(low),
-            place(high)
+            coordinates(low),
+            coordinates(high)
         )
     };
     Fault::new(ErrorCode::EmptySelection, at, "selects nothing: no cell to cut there").help(help)
@@ -216,11 +217,11 @@ fn divisions(
     rock: &CellComplex,
     entry: &RockCut,
     whole: &WholeRock<'_>,
-    work: &CutWork,
+    region_cut: &RegionCut,
     allowed: &[bool],
 ) -> f64 {
     let Some(set) = &entry.set else { return 0.0 };
-    let set = joint_set(set, &work.compass, whole.middle());
+    let set = joint_set(set, &region_cut.compass, whole.middle());
     let extent = |cell: &ddem_cut::ConvexCell| {
         let corners = cell.faces.iter().flat_map(|face| &face.corners);
         let heights = corners.map(|&corner| set.normal.dot(&rock.points()[corner as usize]));
@@ -280,12 +281,12 @@ fn without_effect(
     rock: &CellComplex,
     entry: &RockCut,
     at: &str,
-    works: &[CutWork],
+    cuts: &[RegionCut],
     chosen: &[bool],
     whole: &WholeRock<'_>,
 ) -> Option<Fault> {
     let [low, high] = whole.bounds;
-    let rock_is = format!("the regions lie from {} to {}", place(low), place(high));
+    let rock_is = format!("the regions lie from {} to {}", coordinates(low), coordinates(high));
     let fault = |key: &str, message: &str| {
         let fault = Fault::new(ErrorCode::EmptySelection, format!("{at}.{key}"), message);
         fault.help(rock_is.clone())
@@ -298,10 +299,10 @@ fn without_effect(
     }
     // A tunnel along faces that are there already divides nothing, but has cells inside.
     let inside = |cell: usize| {
-        works.iter().any(|work| match &work.shape {
+        cuts.iter().any(|region_cut| match &region_cut.shape {
             CutShape::Planes(_) => false,
             CutShape::Tunnel(tunnel) => {
-                work.regions.contains(&rock.cells()[cell].region)
+                region_cut.regions.contains(&rock.cells()[cell].region)
                     && tunnel.contains(&rock.centroid(cell))
             }
         })

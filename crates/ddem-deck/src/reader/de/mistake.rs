@@ -204,7 +204,7 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", shortened(text))
 }
 
-/// At most the first 40 characters of the first line.
+/// First 40 characters of the first line, or all of them.
 fn shortened(text: &str) -> String {
     let line = text.lines().next().unwrap_or_default();
     let short: String = line.chars().take(40).collect();
