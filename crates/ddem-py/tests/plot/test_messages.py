@@ -1,0 +1,185 @@
+"""Every message of the module without a code is raised once, and kept in messages.txt.
+
+`DDEM_DOCS=1 pytest crates/ddem-py/tests/plot/test_messages.py` writes the file anew.
+"""
+
+import argparse
+import ast
+import os
+import re
+import sys
+from pathlib import Path
+
+import ddem
+import numpy as np
+import pytest
+from ddem import __main__ as program
+from ddem import _animate, _mesh, _plot, _probes, _results, _sizes, _table
+from sample_models import REPOSITORY, column, cube
+
+pytest.importorskip("pyvista")
+pytest.importorskip("plotly")
+
+KEPT = Path(__file__).with_name("messages.txt")
+SOURCES = Path(_plot.__file__).parent
+
+
+def without(monkeypatch, package, call):
+    """Calls a function while a package is missing."""
+    with monkeypatch.context() as missing:
+        missing.setitem(sys.modules, package, None)
+        call()
+
+
+def calls(simulation, folder, tmp_path, monkeypatch):
+    """Wrong calls, by name."""
+    page, wrong = str(tmp_path / "page.html"), str(tmp_path / "elsewhere")
+    built, single = column().build(), cube().build()
+
+    def draw(**options):
+        _plot.plot(simulation, show=False, **options)
+
+    def film(**options):
+        _animate.animate(folder, tmp_path / "film.gif", **options)
+
+    def options(**given):
+        plain = {"folder": folder, "field": None, "frame": -1, "view": None, "scale": None, "out": None}
+        program.draw(argparse.Namespace(**plain | given))
+
+    def without_display():
+        with monkeypatch.context() as plain:
+            plain.setattr(sys, "platform", "linux")
+            plain.delenv("DISPLAY", raising=False)
+            plain.delenv("WAYLAND_DISPLAY", raising=False)
+            plain.setattr(sys.modules["pyvista"], "OFF_SCREEN", False)
+            _plot.plot(simulation)
+
+    def infinite():
+        simulation.displacement[3, 1] = np.inf
+        try:
+            draw()
+        finally:
+            simulation.displacement[3, 1] = 0.0
+
+    def without_contacts():
+        simulation.contacts = {}
+        draw(contacts=True)
+
+    def without_summary():
+        (folder / "summary.json").rename(folder / "other.json")
+        try:
+            _results.Results(folder).summary  # noqa: B018
+        finally:
+            (folder / "other.json").rename(folder / "summary.json")
+
+    def several_runs():
+        (folder / "frames.csv").write_text("stage,step,time\nweight,9,0.9\nweight,1,0.1\n")
+        try:
+            _results.Results(folder).times  # noqa: B018
+        finally:
+            (folder / "frames.csv").unlink()
+
+    yield "frames of several runs", several_runs
+    yield "frame by its time", lambda: _results.Results(folder)[0.9]
+    yield "frame of the program", lambda: program._frame("first")
+    yield "frame beyond the last", lambda: options(frame=7)
+    yield "frames beyond the last", lambda: film(frames=[7])
+    yield "no frames", lambda: film(frames=[])
+    yield "camera", lambda: film(camera=[[1.0, 2.0, 3.0]])
+    yield "pictures per second", lambda: film(fps=0.0)
+    yield "films without PyVista", lambda: without(monkeypatch, "pyvista", film)
+    yield "films without ffmpeg", lambda: without(monkeypatch, "imageio_ffmpeg", _animate._mp4)
+    yield "files without PyVista", lambda: without(
+        monkeypatch, "pyvista", lambda: len(_results.Results(folder))
+    )
+    yield "field of a frame", lambda: _results.Results(folder)[0]["strss"]
+    yield "attribute of a frame", lambda: _results.Results(folder)[0].strss
+    yield "frame of a folder", lambda: _plot.plot(folder, frame=2, show=False)
+    yield "frame of results", lambda: _results.Results(folder)[7]
+    yield "joints of a folder", lambda: _plot.plot(wrong_joints(folder), joints="state", show=False)
+    yield "contacts of a folder", lambda: _plot.plot(folder, contacts=True, show=False)
+    yield "joints", lambda: _plot.plot(single, joints="state", show=False)
+    yield "traces", lambda: _plot.plot(single, joints="traces", show=False)
+    yield "component of a joint", lambda: draw(joints="damage", joint_component="x")
+    yield "contacts", lambda: _plot.plot(built, contacts=True, show=False)
+    yield "range of colours", lambda: draw(clim=(1.0, 1.0))
+    yield "meshes without PyVista", lambda: without(
+        monkeypatch, "pyvista", lambda: _mesh.mesh_of(simulation)
+    )
+    yield "name", lambda: draw(view="zx")
+    yield "pages without plotly", lambda: without(
+        monkeypatch, "plotly.graph_objects", lambda: draw(html=page)
+    )
+    yield "display", without_display
+    yield "size of the window", lambda: draw(window_size=(0, 100))
+    yield "scale", lambda: draw(scale=np.nan)
+    yield "scale with contacts", lambda: draw(scale=2.0, contacts=True)
+    yield "displacement", infinite
+    yield "plots without PyVista", lambda: without(monkeypatch, "pyvista", draw)
+    yield "no probes", lambda: _probes.plot_probes({})
+    yield "probes without matplotlib", lambda: without(
+        monkeypatch, "matplotlib.pyplot", lambda: _probes.plot_probes({})
+    )
+    yield "kind of probes", lambda: _probes.plot_probes([1.0])
+    yield "folder of results", lambda: _results.Results(3)
+    yield "missing folder", lambda: _results.Results(wrong)
+    yield "missing summary", without_summary
+    yield "resume and overwrite", lambda: ddem.run_deck(column(), resume=True, overwrite=True)
+    yield "folder of a record", lambda: built.run(1e-3, record="")
+    yield "model for a factor", lambda: ddem.factor_of_safety("deck.toml")
+    yield "threads for a factor", lambda: ddem.factor_of_safety(built, threads=2)
+    yield "width of a field", lambda: draw(field=np.zeros((108, 4)))
+    yield "field of joints", lambda: draw(field="slip")
+    yield "length of a field", lambda: draw(field=np.zeros(7))
+    yield "text as a field", lambda: draw(field=np.array(["a"] * 108))
+    yield "kind of simulation", lambda: _plot.plot(3, show=False)
+    yield "component of a field", lambda: draw(field="mass", component="x")
+    yield "frame of a simulation", lambda: draw(frame=3)
+    yield "sizes without matplotlib", lambda: without(
+        monkeypatch, "matplotlib.pyplot", lambda: _sizes.plot_sizes(built)
+    )
+    yield "kind of fragments", lambda: _sizes.plot_sizes(3)
+    yield "no fragments", lambda: _sizes.plot_sizes(built.fragments[:0])
+    yield "stage of sizes", lambda: _sizes.plot_sizes(built, stage="weight")
+    yield "tables without pandas", lambda: without(monkeypatch, "pandas", _table._pandas)
+
+
+def wrong_joints(folder):
+    """Folder without the file of its joints."""
+    (folder / "joints.vtkhdf").unlink(missing_ok=True)
+    return folder
+
+
+def test_messages_are_kept(simulation, folder, tmp_path, monkeypatch):
+    lines = []
+    for name, call in calls(simulation, folder, tmp_path, monkeypatch):
+        with pytest.raises(Exception) as raised:  # noqa: B017, PT011
+            call()
+        text = str(raised.value).replace(str(tmp_path), "DIR")
+        assert "\n" not in text, name
+        lines.append(f"{name}: {raised.type.__name__}: {text}")
+    found = "\n".join(lines) + "\n"
+    if os.environ.get("DDEM_DOCS"):
+        KEPT.write_text(found, encoding="utf-8")
+    assert found == KEPT.read_text(encoding="utf-8")
+
+
+def texts():
+    """Longest constant part of every message that the module raises, with its place."""
+    for path in sorted((REPOSITORY / "crates/ddem-py/src").rglob("*.rs")):
+        for text in re.findall(r'new_err\("([^"{]+)"\)', path.read_text(encoding="utf-8")):
+            yield path.name, text
+    for path in sorted(SOURCES.glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and node.exc.args:
+                given = node.exc.args[0]
+                values = given.values if isinstance(given, ast.JoinedStr) else [given]
+                parts = [v.value for v in values if isinstance(v, ast.Constant)]
+                if parts:
+                    yield f"{path.name}:{node.lineno}", max(parts, key=len)
+
+
+def test_all_messages_are_kept():
+    kept = KEPT.read_text(encoding="utf-8")
+    missing = [(place, text) for place, text in texts() if re.sub(r"\s+$", "", text) not in kept]
+    assert not missing
