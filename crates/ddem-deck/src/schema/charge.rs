@@ -109,7 +109,7 @@ impl Explosive {
 }
 
 impl Detonation {
-    /// Pressure of detonation `ρ_e D²/(2(γ + 1))` `[Pa]`.
+    /// Pressure of detonation `ρ_e D_e²/(2(γ + 1))` `[Pa]`.
     #[must_use]
     pub fn pressure(&self) -> f64 {
         let Self { density, detonation_velocity, gamma } = self;

@@ -1,19 +1,19 @@
 //! Springs of a failed point: contact, friction with slip, softening.
 //!
-//! One damage D grows from 0 at the peak to 1, where only the residual strength is left:
+//! One damage χ grows from 0 at the peak to 1, where only the residual strength is left:
 //!
 //! ```text
-//! tension   T_n ≤ (1−D) σ_t, unloading along the secant; no tension at D = 1
+//! tension   T_n ≤ (1−χ) σ_t, unloading along the secant; no tension at χ = 1
 //! pressure  T_n = k_n (δ_n − dilation), negative
-//! shear     T_s = k_s (δ_s − s),  |T_s| ≤ (1−D) peak(T_n) + D residual(T_n)
+//! shear     T_s = k_s (δ_s − s),  |T_s| ≤ (1−χ) peak(T_n) + χ residual(T_n)
 //! ```
 //!
-//! D grows with the inelastic opening over `2G_I/σ_t` and with slip over `2G_II/(peak − residual)`.
+//! χ grows with the inelastic opening over `2G_I/σ_t` and with slip over `2G_II/(peak − residual)`.
 //! Per unit area, pure opening takes `G_I`, and sliding under a pressure takes `G_II` above the
 //! residual, for any stiffness.
 //!
 //! The residual strength acts on closed faces only. An open point without bond carries nothing, and
-//! its stick position is reset. Faces that have parted have no cohesion when they close (D = 2).
+//! its stick position is reset. Faces that have parted have no cohesion when they close (χ = 2).
 //! Otherwise a point that opens and closes under little pressure would gain energy.
 //!
 //! In a relaxation slip, dilation and damage follow the direct path from the last equilibrium. They
