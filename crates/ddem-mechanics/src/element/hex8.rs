@@ -1,6 +1,7 @@
 //! The hex8 element of the paper, integrated by 2×2×2 Gauss points.
 //!
-//! Reference for the tests; no run calls it.
+//! Its stiffness is the reference of the tests; runs use [`modal`](super::modal) and
+//! [`hexahedron`](super::hexahedron).
 //!
 //! ```text
 //!        7-------6        node numbers: VTK order
@@ -54,7 +55,7 @@ pub fn gauss_points() -> [[f64; 3]; 8] {
 }
 
 /// Jacobian `J_ik = ∂x_i/∂ξ_k` at a reference point.
-fn jacobian(nodes: &[Point3<f64>; 8], at: [f64; 3]) -> Matrix3<f64> {
+pub(super) fn jacobian(nodes: &[Point3<f64>; 8], at: [f64; 3]) -> Matrix3<f64> {
     let dn = shape_derivatives(at);
     nodes.iter().zip(dn).map(|(x, d)| x.coords * Vector3::from(d).transpose()).sum()
 }

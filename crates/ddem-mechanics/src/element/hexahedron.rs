@@ -1,4 +1,4 @@
-//! HexahedronElement of any shape, for blocks that are no parallelepipeds.
+//! Hexahedron of any shape, for blocks that are no parallelepipeds.
 //!
 //! Constant strain acts through the mean gradient of the trilinear functions, so that linear fields
 //! are exact on every mesh. What remains of a displacement has the bending stiffness of the
@@ -19,9 +19,9 @@
 use std::ops::{Add, Sub};
 
 use fearless_simd::{Simd, f64x4};
-use nalgebra::{Matrix3, SMatrix, Vector3};
+use nalgebra::{Matrix3, Point3, SMatrix, Vector3};
 
-use super::hex8::{gauss_points, shape_derivatives};
+use super::hex8::{gauss_points, jacobian};
 use super::modal::{BEND, Modal};
 use super::{Elastic, ElementKind};
 use crate::math::lanes::{LANES, Lanes, Vector, dot, load, splat, symmetric_times, zero};
@@ -61,17 +61,18 @@ impl HexahedronElement {
         amplitudes(&mut modes);
         let edges = [modes[1], modes[2], modes[4]].map(|x| x / 4.0);
         let centre = edges[0].cross(&edges[1]).dot(&edges[2]);
+        let nodes = corners.map(Point3::from);
         let mut volume = 0.0;
         let mut gradient = [Vector3::zeros(); 7];
         for at in gauss_points() {
-            let jacobian = jacobian(corners, at);
+            let jacobian = jacobian(&nodes, at);
             volume += jacobian.determinant();
             for (mode, gradient) in (1..8).zip(&mut gradient) {
                 *gradient += cofactors(&jacobian) * mode_derivatives(mode, at) / 8.0;
             }
         }
         let sound = volume > 0.0 && centre > 0.0 && volume.is_finite();
-        let capped = Elastic { lambda: least_lambda(material), ..*material };
+        let capped = Elastic { lambda: capped_lambda(material), ..*material };
         let stiffness = match kind {
             ElementKind::Standard => Modal::new(&edges, material, kind),
             ElementKind::Incompatible => Modal::new(&edges, &capped, kind),
@@ -88,15 +89,9 @@ impl HexahedronElement {
 }
 
 /// λ of a material with the same G, `[Pa]`, and ν of at most [`MOST_POISSON`].
-pub(super) fn least_lambda(material: &Elastic) -> f64 {
+pub(super) fn capped_lambda(material: &Elastic) -> f64 {
     let most = 2.0 * material.shear * MOST_POISSON / (1.0 - 2.0 * MOST_POISSON);
     material.lambda.min(most)
-}
-
-/// Jacobian `∂x_i/∂ξ_k` at a reference point `[m]`.
-fn jacobian(corners: &[Vector3<f64>; 8], at: [f64; 3]) -> Matrix3<f64> {
-    let of = |(x, d): (&Vector3<f64>, [f64; 3])| x * Vector3::from(d).transpose();
-    corners.iter().zip(shape_derivatives(at)).map(of).sum()
 }
 
 /// Cofactors `|J| J⁻ᵀ`.

@@ -18,7 +18,7 @@ use fearless_simd::{Simd, f64x4};
 use nalgebra::Vector3;
 
 use super::Elastic;
-use super::hexahedron::{least_lambda, stress};
+use super::hexahedron::{capped_lambda, stress};
 use crate::math::lanes::{LANES, Lanes, Vector, add, dot, load, scale, splat, sub, zero};
 
 /// Stiffness α of the springs relative to `(λ̂ + 2G) V^{1/3}`: the mean of those of a cube in
@@ -88,7 +88,7 @@ impl PolyhedralCorner {
 
     /// Stiffness of the springs `[N/m]`.
     fn spring(&self) -> f64 {
-        SPRING * (least_lambda(&self.material) + 2.0 * self.material.shear) * self.volume.cbrt()
+        SPRING * (capped_lambda(&self.material) + 2.0 * self.material.shear) * self.volume.cbrt()
     }
 }
 
