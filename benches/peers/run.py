@@ -27,19 +27,35 @@ TIME_STEP = 2.0e-6
 TOLERANCE = 1e-10
 
 
+def stages(*steps: int) -> str:
+    """Dynamic stages with these numbers of steps."""
+    text = ""
+    for number, count in enumerate(steps):
+        text += f"[[stage]]\nname = 'fall {number}'\nkind = 'dynamic'\nframes = 1\n"
+        text += f"duration = {count * TIME_STEP!r}\ntime_step = {TIME_STEP!r}\n"
+    return text
+
+
+def run(command: list[str | Path], folder: Path, deck: str) -> dict:
+    """Summary of a run of ddem; results are in the folder."""
+    (folder / "deck.toml").write_text(deck)
+    options = ["--out", folder / "out", "--overwrite", "--quiet"]
+    subprocess.run([*command, folder / "deck.toml", *options], check=True)
+    return json.loads((folder / "out/summary.json").read_text())
+
+
 def ddem(binary: Path, folder: Path, kinematics: str, count: int, steps: int, threads: int) -> dict:
-    """Best rate of several runs of ddem; results are in the folder."""
-    deck = folder / "deck.toml"
+    """Best rate of ddem over some steps after the first ones, as for the others. The folder has the
+    results after the first steps.
+    """
     keys = {"kinematics": kinematics, "element": "standard", "gravity": -9.81, "floor": True}
     text = decks.lattice(count, **keys)
-    text += f"[[stage]]\nname = 'fall'\nkind = 'dynamic'\nduration = {steps * TIME_STEP!r}\n"
-    deck.write_text(text + f"time_step = {TIME_STEP!r}\nframes = 1\n")
-    rates = []
-    for _ in range(3):
-        command = [binary, deck, "--out", folder / "out", "--threads", str(threads)]
-        subprocess.run([*command, "--overwrite", "--quiet"], check=True)
-        summary = json.loads((folder / "out/summary.json").read_text())
-        rates.append(summary["stages"][0]["node_updates_per_second"])
+    command = [binary, "--threads", str(threads)]
+    short = max(steps // 5, 1)
+    measured = run(command, folder, text + stages(steps, *[short] * 20))["stages"][1:]
+    assert all(stage["steps"] == short for stage in measured)
+    rates = [stage["node_updates_per_second"] for stage in measured]
+    summary = run(command, folder, text + stages(steps))
     assert summary["stages"][0]["steps"] == steps
     version = f"ddem {summary['version']}, {kinematics}"
     memory = summary["peak_memory_bytes"] / summary["nodes"]
