@@ -31,6 +31,13 @@ use crate::math::lanes::{LANES, Lanes, Vector, dot, load, splat, symmetric_times
 pub(super) const MOST_POISSON: f64 = 0.3;
 /// Corners with x fastest, by their numbers in VTK's order.
 const IN_ORDER: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
+/// Corners at the ends of the edges along ξ, then η, then ζ, whose sums and differences are `H`.
+#[rustfmt::skip]
+const ENDS: [[usize; 2]; 12] = [
+    [0, 1], [2, 3], [4, 5], [6, 7],
+    [0, 2], [1, 3], [4, 6], [5, 7],
+    [0, 4], [1, 5], [2, 6], [3, 7],
+];
 /// Modes beyond the linear ones.
 const WARPING: [usize; 4] = [BEND[0], BEND[1], BEND[2], 7];
 /// Entries of a symmetric matrix of nine rows, row by row.
@@ -111,26 +118,18 @@ fn mode_derivatives(mode: usize, at: [f64; 3]) -> Vector3<f64> {
 /// Amplitudes `a = H u` of the modes, from the values at the corners with x fastest.
 #[inline(always)]
 fn amplitudes<T: Copy + Add<Output = T> + Sub<Output = T>>(values: &mut [T; 8]) {
-    for bit in [1, 2, 4] {
-        for low in 0..8 {
-            if low & bit == 0 {
-                let (a, b) = (values[low], values[low | bit]);
-                (values[low], values[low | bit]) = (a + b, b - a);
-            }
-        }
+    for [low, high] in ENDS {
+        let (a, b) = (values[low], values[high]);
+        (values[low], values[high]) = (a + b, b - a);
     }
 }
 
 /// Forces `f = Hᵀ r` at the corners, from those on the modes.
 #[inline(always)]
 fn at_corners<T: Copy + Add<Output = T> + Sub<Output = T>>(values: &mut [T; 8]) {
-    for bit in [1, 2, 4] {
-        for low in 0..8 {
-            if low & bit == 0 {
-                let (a, b) = (values[low], values[low | bit]);
-                (values[low], values[low | bit]) = (a - b, a + b);
-            }
-        }
+    for [low, high] in ENDS {
+        let (a, b) = (values[low], values[high]);
+        (values[low], values[high]) = (a - b, a + b);
     }
 }
 

@@ -67,10 +67,13 @@ pub struct PolyhedralCorner {
 
 impl PolyhedralCorner {
     /// Constants of the element with these nodes `[m]`, in the order of [`CornerNodes`]; `None` if
-    /// its volume is not positive.
+    /// their number is not that of three or more edges, or the volume is not positive.
     #[must_use]
     pub fn new(nodes: &[Vector3<f64>], material: &Elastic) -> Option<Self> {
-        let corner = CornerNodes { edges: (nodes.len() - 2) / 2 };
+        let corner = CornerNodes { edges: nodes.len().checked_sub(2)? / 2 };
+        if corner.edges < 3 || corner.count() != nodes.len() {
+            return None;
+        }
         let mean = nodes.iter().sum::<Vector3<f64>>() / nodes.len() as f64;
         let offsets: Vec<_> = nodes.iter().map(|x| x - mean).collect();
         let mut gradient = vec![Vector3::zeros(); nodes.len()];

@@ -186,4 +186,8 @@ fn corners_without_volume_are_refused() {
     nodes[6..10].reverse();
     assert!(PolyhedralCorner::new(&nodes, &material()).is_none(), "turned inside out");
     assert!(PolyhedralCorner::new(&[Vector3::zeros(); 10], &material()).is_none());
+    nodes.pop();
+    for count in [0, 1, 6, 11] {
+        assert!(PolyhedralCorner::new(&nodes[..count], &material()).is_none(), "{count} nodes");
+    }
 }
