@@ -9,7 +9,7 @@ use ddem_mechanics::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, shifted, splat, store_at, sub,
     times, transposed_times, zero,
 };
-use ddem_mesh::numbering::{BlockPart, NodePair, Places};
+use ddem_mesh::numbering::{BlockPart, NodePair, Slots};
 use ddem_mesh::pack::{JointLattice, LaneRun, Neighbours, Packs};
 use ddem_mesh::parallel::node_start;
 
@@ -194,13 +194,13 @@ fn transform<S: Simd>(
     part: &BlockPart,
     local: &mut [[Lanes; 3]],
 ) {
-    let [from, to] = [part.in_block, part.in_lattice].map(|places| places.step[0]);
+    let [from, to] = [part.in_block, part.in_lattice].map(|slots| slots.step[0]);
     let Some(LocalFrame { rotation, mean, edges }) = frame else {
         for [j, k] in part.rows() {
-            let (first, place) = (part.in_block.row(j, k), part.in_lattice.row(j, k));
+            let (first, slot) = (part.in_block.row(j, k), part.in_lattice.row(j, k));
             for i in 0..part.count[0] {
                 let u = source.displacement(simd, first + i * from);
-                local[place + i * to] = u.map(Lanes::from);
+                local[slot + i * to] = u.map(Lanes::from);
             }
         }
         return;
@@ -211,12 +211,12 @@ fn transform<S: Simd>(
         start = add(start, scale(*edge, splat(simd, steps)));
     }
     for [j, k] in part.rows() {
-        let (first, place) = (part.in_block.row(j, k), part.in_lattice.row(j, k));
+        let (first, slot) = (part.in_block.row(j, k), part.in_lattice.row(j, k));
         let row = add(scale(beside, splat(simd, j as f64)), scale(above, splat(simd, k as f64)));
         let mut shift = add(start, row);
         for i in 0..part.count[0] {
             let u = sub(source.displacement(simd, first + i * from), *mean);
-            local[place + i * to] = add(transposed_times(rotation, u), shift).map(Lanes::from);
+            local[slot + i * to] = add(transposed_times(rotation, u), shift).map(Lanes::from);
             shift = add(shift, along);
         }
     }
@@ -226,8 +226,8 @@ fn transform<S: Simd>(
 pub struct ForceTarget<'a> {
     /// Forces on the nodes `[N]`.
     pub forces: &'a mut [[Lanes; 3]],
-    /// Places of the nodes in `forces`.
-    pub places: &'a Places,
+    /// Slots of the nodes in `forces`.
+    pub slots: &'a Slots,
     /// True if the forces are overwritten.
     pub overwrites: bool,
 }
@@ -242,11 +242,11 @@ pub fn give_forces<S: Simd>(
     part: &BlockPart,
     target: ForceTarget<'_>,
 ) -> Vector<S> {
-    let ForceTarget { forces, places, overwrites } = target;
-    let [from, to] = [part.in_lattice.step[0], places.step[0]];
+    let ForceTarget { forces, slots, overwrites } = target;
+    let [from, to] = [part.in_lattice.step[0], slots.step[0]];
     let mut torque = zero(simd);
     for [j, k] in part.rows() {
-        let (first, place) = (part.in_lattice.row(j, k), places.row(j, k));
+        let (first, slot) = (part.in_lattice.row(j, k), slots.row(j, k));
         let mut along = zero(simd);
         for i in 0..part.count[0] {
             let mut force = load(simd, &g[first + i * from]);
@@ -254,7 +254,7 @@ pub fn give_forces<S: Simd>(
                 along = add(along, cross(load(simd, &local[first + i * from]), force));
                 force = times(rotation, force);
             }
-            let sum = &mut forces[place + i * to];
+            let sum = &mut forces[slot + i * to];
             let before = if overwrites { zero(simd) } else { load(simd, sum) };
             *sum = sub(before, force).map(Lanes::from);
         }

@@ -183,13 +183,12 @@ impl HexMesh {
         let mut grid = vec![u32::MAX; n.pow(3)];
         for node in nodes {
             let exact = along(&node) - least;
-            let place = exact.map(f64::round);
-            if (exact - place).amax() > MISSES || place.iter().any(|&i| i < 0.0 || i as usize >= n)
-            {
+            let step = exact.map(f64::round);
+            if (exact - step).amax() > MISSES || step.iter().any(|&i| i < 0.0 || i as usize >= n) {
                 let at = self.nodes[node as usize];
                 return Err(format!("node {node} at {at:?} is not on its grid"));
             }
-            let [i, j, k] = [0, 1, 2].map(|d| place[d] as usize);
+            let [i, j, k] = [0, 1, 2].map(|d| step[d] as usize);
             let slot = &mut grid[i + n * (j + n * k)];
             if *slot != u32::MAX {
                 return Err(format!("nodes {} and {node} are at one place", *slot));
@@ -224,16 +223,16 @@ impl HexMesh {
 
 /// Returns an error if the hexahedra are not the cells of a grid of nodes, each once.
 fn cells(hexes: &[[u32; 8]], grid: &[u32], n: usize) -> Result<(), String> {
-    let place: BTreeMap<u32, usize> =
+    let local: BTreeMap<u32, usize> =
         grid.iter().enumerate().map(|(at, &node)| (node, at)).collect();
     let mut seen = vec![false; grid.len()];
     for hex in hexes {
-        let mut places = hex.map(|node| place[&node]);
-        places.sort_unstable();
-        let low = places[0];
+        let mut locals = hex.map(|node| local[&node]);
+        locals.sort_unstable();
+        let low = locals[0];
         let cell = [0, 1, n, n + 1].map(|at| low + at);
         let cell: Vec<usize> = cell.into_iter().chain(cell.map(|at| at + n * n)).collect();
-        if places[..] != cell[..] || seen[low] {
+        if locals[..] != cell[..] || seen[low] {
             return Err(format!("the hexahedron of nodes {hex:?} is no cell of its grid"));
         }
         seen[low] = true;
@@ -289,17 +288,17 @@ impl<'a> MeshFaces<'a> {
     pub fn of(&self, quad: [u32; 4]) -> Option<(usize, FaceId)> {
         let (block, _) = *self.of_node.get(&quad[0])?;
         let n = self.blocks[block].divisions + 1;
-        let mut places = [[0; 3]; 4];
-        for (place, node) in places.iter_mut().zip(quad) {
+        let mut steps = [[0; 3]; 4];
+        for (step, node) in steps.iter_mut().zip(quad) {
             let &(own, local) = self.of_node.get(&node)?;
             if own != block {
                 return None;
             }
-            *place = [local % n, local / n % n, local / (n * n)];
+            *step = [local % n, local / n % n, local / (n * n)];
         }
         let on = |face: &FaceId| {
             let level = if face.upper { n - 1 } else { 0 };
-            places.iter().all(|place| place[face.direction] == level)
+            steps.iter().all(|step| step[face.direction] == level)
         };
         FaceId::all().find(on).map(|face| (block, face))
     }

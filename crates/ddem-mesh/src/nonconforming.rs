@@ -45,13 +45,14 @@ pub struct NonconformingFace {
 impl Geometry {
     /// Sets the nonconforming joints, which must be sorted by their blocks.
     pub fn join(&mut self, nonconforming_joints: Vec<NonconformingJoint>) {
-        let place = |(at, joint_pair): (usize, &NonconformingJoint)| {
+        let faces_of = |(at, joint_pair): (usize, &NonconformingJoint)| {
             [0, 1].map(|k| (joint_pair.blocks[k], joint_pair.faces[k].number(), at as u32))
         };
-        let mut places: Vec<_> = nonconforming_joints.iter().enumerate().flat_map(place).collect();
-        places.sort_unstable();
+        let mut by_face: Vec<_> =
+            nonconforming_joints.iter().enumerate().flat_map(faces_of).collect();
+        by_face.sort_unstable();
         (self.nonconforming_joints, self.by_face) =
-            (Arc::new(nonconforming_joints), Arc::new(places));
+            (Arc::new(nonconforming_joints), Arc::new(by_face));
     }
 
     /// Drops the joints of removed blocks.
@@ -72,9 +73,9 @@ impl Geometry {
     /// Properties of the nonconforming joints at a face of a block; `None` if it has none.
     #[must_use]
     pub fn nonconforming(&self, block: usize, face: u8) -> Option<NonconformingFace> {
-        let place = (block as u32, face);
-        let from = self.by_face.partition_point(|&(block, face, _)| (block, face) < place);
-        let here = self.by_face[from..].iter().take_while(|(a, b, _)| (*a, *b) == place);
+        let key = (block as u32, face);
+        let from = self.by_face.partition_point(|&(block, face, _)| (block, face) < key);
+        let here = self.by_face[from..].iter().take_while(|(a, b, _)| (*a, *b) == key);
         let here = here.map(|(.., at)| &self.nonconforming_joints[*at as usize]);
         let each = here.filter(|joint_pair| self.exists(joint_pair)).map(|joint_pair| {
             let &NonconformingJoint { joint, stiffness, gap, .. } = joint_pair;

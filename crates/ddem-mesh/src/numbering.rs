@@ -24,24 +24,24 @@ pub struct BlockPart {
     pub axes: [usize; 3],
     /// Position of the first node from the centre of the lattice, in elements along each direction.
     pub start: [f64; 3],
-    /// Places of the nodes in the block.
-    pub in_block: Places,
-    /// Places of the nodes in the lattice.
-    pub in_lattice: Places,
-    /// Places of the nodes in the owner's neighbour forces; without meaning for the owner.
-    pub in_neighbour_forces: Places,
+    /// Slots of the nodes in the block.
+    pub in_block: Slots,
+    /// Slots of the nodes in the lattice.
+    pub in_lattice: Slots,
+    /// Slots of the nodes in the owner's neighbour forces; without meaning for the owner.
+    pub in_neighbour_forces: Slots,
 }
 
-/// Places of a grid of nodes in a list of nodes.
+/// Slots of a grid of nodes in a list of nodes.
 #[derive(Clone, Copy, Debug)]
-pub struct Places {
+pub struct Slots {
     /// Place of the first node.
     pub first: usize,
-    /// Distance between places along each axis.
+    /// Distance between slots along each axis.
     pub step: [usize; 3],
 }
 
-impl Places {
+impl Slots {
     /// Place of the first node of a row.
     #[inline(always)]
     pub fn row(&self, j: usize, k: usize) -> usize {
@@ -59,7 +59,7 @@ impl BlockPart {
         let strides = |lines: [usize; 3]| [1, lines[0], lines[0] * lines[1]];
         let mut axes = [0, 1, 2];
         axes.sort_by_key(|&d| across(d));
-        let places = |at: [usize; 3], strides: [usize; 3]| Places {
+        let slots = |at: [usize; 3], strides: [usize; 3]| Slots {
             first: (0..3).map(|d| at[d] * strides[d]).sum(),
             step: axes.map(|d| strides[d]),
         };
@@ -70,7 +70,7 @@ impl BlockPart {
         // Neighbour forces are in the order of the neighbour's grid, which is flat along its
         // offset.
         let flat = strides([0, 1, 2].map(|d| if upper(d) { 1 } else { n }));
-        let mut in_neighbour_forces = places(on_block, flat);
+        let mut in_neighbour_forces = slots(on_block, flat);
         in_neighbour_forces.first += first_force;
         Self {
             offset,
@@ -81,8 +81,8 @@ impl BlockPart {
                 (true, false) => -0.5,
                 (true, true) => 0.5,
             }),
-            in_block: places(on_block, strides([n; 3])),
-            in_lattice: places(
+            in_block: slots(on_block, strides([n; 3])),
+            in_lattice: slots(
                 on_lattice,
                 strides([0, 1, 2].map(|d| if across(d) { 2 } else { n })),
             ),
@@ -188,8 +188,8 @@ fn joint_nodes(parts: &[BlockPart]) -> Vec<JointNode> {
         for [j, k] in part.rows() {
             for i in 0..part.count[0] {
                 let local = part.in_block.row(j, k) + i * part.in_block.step[0];
-                let place = part.in_lattice.row(j, k) + i * part.in_lattice.step[0];
-                list[place] = JointNode { offset: part.offset, local };
+                let slot = part.in_lattice.row(j, k) + i * part.in_lattice.step[0];
+                list[slot] = JointNode { offset: part.offset, local };
             }
         }
     }
@@ -201,7 +201,7 @@ fn pair_places(divisions: usize, d: usize) -> Vec<NodePair> {
     let dims = [0, 1, 2].map(|axis| if axis == d { 1 } else { divisions });
     let node = |at: [usize; 3]| at[0] + (dims[0] + 1) * (at[1] + (dims[1] + 1) * at[2]);
     let element = |at: [usize; 3]| at[0] + dims[0] * (at[1] + dims[1] * at[2]);
-    let place = |i: usize, k: usize| {
+    let slot = |i: usize, k: usize| {
         let on_face = |i, k| moved_to(moved_to([0; 3], e, i), f, k);
         let at = on_face(i, k);
         let (mut elements, mut count) = ([0; 4], 0);
@@ -218,6 +218,6 @@ fn pair_places(divisions: usize, d: usize) -> Vec<NodePair> {
     lines
         .clone()
         .flat_map(|k| lines.clone().map(move |i| (i, k)))
-        .map(|(i, k)| place(i, k))
+        .map(|(i, k)| slot(i, k))
         .collect()
 }

@@ -63,7 +63,7 @@ pub(crate) fn block<S: Simd>(
     let (nodes, forces) = (local.as_chunks::<3>().0, g.as_chunks::<3>().0);
     let target = ForceTarget {
         forces: out.f.as_chunks_mut::<3>().0,
-        places: &part.in_block,
+        slots: &part.in_block,
         overwrites: true,
     };
     let torque = give_forces(simd, Some(&rotation), [nodes, forces], part, target);

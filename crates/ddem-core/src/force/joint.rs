@@ -203,13 +203,13 @@ fn scatter_forces<S: Simd>(
     }
     let fields = [&work.local, &work.g].map(|field| field[..3 * n].as_chunks::<3>().0);
     for part in &numbering.parts[offset] {
-        let (forces, places) = match part.offset {
+        let (forces, slots) = match part.offset {
             0 => (&mut *out.f, &part.in_block),
             _ => (&mut *out.neighbour_forces, &part.in_neighbour_forces),
         };
         // The lattice at the offset of a neighbour is the first one that gives it forces.
         let (forces, overwrites) = (forces.as_chunks_mut::<3>().0, part.offset == offset);
-        let target = ForceTarget { forces, places, overwrites };
+        let target = ForceTarget { forces, slots, overwrites };
         let more = give_forces(simd, rotation.as_ref(), fields, part, target);
         if !pack.rigid {
             torque = add(torque, more);

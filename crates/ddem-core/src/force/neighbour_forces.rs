@@ -124,7 +124,7 @@ fn add_run<S: Simd, const SHIFT: usize>(
     .map(Lanes::from);
 }
 
-/// Forces of four neighbours in order at one place; zero in lanes without a neighbour.
+/// Forces of four neighbours in order at one slot; zero in lanes without a neighbour.
 #[inline(always)]
 fn load_run<S: Simd, const SHIFT: usize>(
     simd: S,

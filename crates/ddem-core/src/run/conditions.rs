@@ -258,13 +258,13 @@ impl Simulation {
 
 /// Indices of the lists that share a node with each list of nodes, itself included, in order.
 fn lists_that_share_nodes<'a>(lists: impl Iterator<Item = &'a [u32]>) -> Vec<BTreeSet<usize>> {
-    let (mut places, mut coupled) = (Vec::new(), Vec::new());
+    let (mut entries, mut coupled) = (Vec::new(), Vec::new());
     for (list, nodes) in lists.enumerate() {
-        places.extend(nodes.iter().map(|&node| (node, list)));
+        entries.extend(nodes.iter().map(|&node| (node, list)));
         coupled.push(BTreeSet::new());
     }
-    places.sort_unstable();
-    for at_node in places.chunk_by(|a, b| a.0 == b.0) {
+    entries.sort_unstable();
+    for at_node in entries.chunk_by(|a, b| a.0 == b.0) {
         for &(_, list) in at_node {
             coupled[list].extend(at_node.iter().map(|&(_, other)| other));
         }

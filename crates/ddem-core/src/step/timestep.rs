@@ -39,7 +39,7 @@ const RESIDUAL: f64 = 5e-3;
 const RESIDUAL_INTERVAL: usize = 5;
 
 /// Largest eigenvalue of `M⁻¹ K` for diagonal masses `[1/s²]`. `mass` gives the mass of each degree
-/// of freedom by (inertia, place, lane). `added` is the additional stiffness over mass of each node
+/// of freedom by (inertia, slot, lane). `added` is the additional stiffness over mass of each node
 /// of deformable blocks; empty if there is none. Returns an error when `stop` returns true.
 pub(crate) fn largest_eigenvalue(
     model: &Model,
@@ -181,7 +181,7 @@ fn over_packs<const N: usize>(
 }
 
 /// Inverse roots `I^{-½}` of the inertias of rigid blocks. Such a block has six values in the first
-/// places of its corners: translation and rotation, scaled by `m^{-½}` and `I^{-½}`.
+/// slots of its corners: translation and rotation, scaled by `m^{-½}` and `I^{-½}`.
 struct RigidModes(Vec<[Matrix3<f64>; LANES]>);
 
 impl RigidModes {
@@ -362,8 +362,8 @@ pub(crate) fn largest_of_gases(
 ) -> f64 {
     let mut largest: f64 = 0.0;
     // Only nodes at walls are computed, so that the work does not grow with the model.
-    let places = gases.iter().flat_map(|(nodes, ..)| nodes);
-    let walls: BTreeSet<usize> = places.map(|node| model.node_slot(*node as usize).pack).collect();
+    let nodes = gases.iter().flat_map(|(nodes, ..)| nodes);
+    let walls: BTreeSet<usize> = nodes.map(|node| model.node_slot(*node as usize).pack).collect();
     scratch.f.fill(Lanes::ZERO);
     let mut response = vec![Lanes::ZERO; 3 * model.packs.nodes];
     for (nodes, k, areas) in gases {

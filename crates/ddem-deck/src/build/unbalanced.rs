@@ -152,7 +152,7 @@ fn plane_of(geometry: &Geometry, face: &BlockFace) -> [i64; 4] {
 impl PlaneBalance {
     fn warning(&self, gravity: &Vec3) -> Diagnostic {
         let along = (0..3).find(|&c| self.normal[c].abs() > 1.0 - 1e-9);
-        let place = match along {
+        let faces = match along {
             Some(axis) => format!(
                 "{} = {:.6} m, looking along {}{}",
                 AXES[axis],
@@ -164,7 +164,7 @@ impl PlaneBalance {
         };
         let [x, y, z] = self.lacking.into();
         let message = format!(
-            "the outer faces at {place} do not carry the in-situ stress: [{x:.4e}, {y:.4e}, {z:.4e}] N are \
+            "the outer faces at {faces} do not carry the in-situ stress: [{x:.4e}, {y:.4e}, {z:.4e}] N are \
              missing, {:.2} % of what it requires; the model will move to another equilibrium",
             100.0 * self.lacks / self.asked
         );
@@ -180,16 +180,18 @@ impl PlaneBalance {
     /// Lines of a deck that carry the stress: a support along the missing components or, on faces
     /// that look up, a load if one load is enough.
     fn paste(&self, axis: usize, gravity: &Vec3) -> Option<String> {
-        let place = format!("where = {{ {} = {:?} }}", AXES[axis], rounded(self.point[axis], 9));
+        let selection =
+            format!("where = {{ {} = {:?} }}", AXES[axis], rounded(self.point[axis], 9));
         if self.normal.dot(gravity) < 0.0 {
             let cancels = (self.sizes - self.lacking.abs()).norm() > SMALL * self.lacks;
             let traction = (self.lacking / self.area).map(|x| rounded(x, 6));
             let traction = <[f64; 3]>::from(traction);
-            return (!cancels).then(|| format!("  [[load]]\n  {place}\n  traction = {traction:?}"));
+            return (!cancels)
+                .then(|| format!("  [[load]]\n  {selection}\n  traction = {traction:?}"));
         }
         let missing = |c: &usize| self.sizes[*c] > SMALL * self.lacks;
         let axes: String = (0..3).filter(missing).map(|c| AXES[c]).collect();
-        Some(format!("  [[fix]]\n  {place}\n  axes = \"{axes}\""))
+        Some(format!("  [[fix]]\n  {selection}\n  axes = \"{axes}\""))
     }
 }
 

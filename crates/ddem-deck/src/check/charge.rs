@@ -13,7 +13,7 @@ const LEAST: [f64; 2] = [100.0, 100.0];
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     for (i, entry) in deck.charge.iter().enumerate() {
         let at = format!("charge[{i}]");
-        place(deck, &at, &entry.r#where, faults);
+        position(deck, &at, &entry.r#where, faults);
         strength(&at, entry, faults);
         gas(&at, entry, faults);
         force_time(deck, &at, entry.from.as_deref(), entry.until.as_deref(), faults);
@@ -25,8 +25,8 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     }
 }
 
-fn place(deck: &Deck, at: &str, place: &Where, faults: &mut Faults) {
-    if place.is_everywhere() {
+fn position(deck: &Deck, at: &str, given: &Where, faults: &mut Faults) {
+    if given.is_everywhere() {
         faults.add_help(
             ErrorCode::MissingKey,
             format!("{at}.where"),
@@ -34,7 +34,7 @@ fn place(deck: &Deck, at: &str, place: &Where, faults: &mut Faults) {
             "a sphere or a cylinder around the hole, ranges, or a set of blocks",
         );
     }
-    selector(deck, &format!("{at}.where"), (place, Selected::Faces), faults);
+    selector(deck, &format!("{at}.where"), (given, Selected::Faces), faults);
 }
 
 /// Checks that there is exactly one of mass and pressure, and an explosive with a mass.

@@ -48,7 +48,7 @@ pub struct Configuration<'a> {
 }
 
 pub(super) fn contact_block(geometry: &Geometry, packs: &Packs) -> Vec<ContactBlock> {
-    let place = |block: usize| {
+    let current = |block: usize| {
         let topology = geometry.topology(block);
         let divisions = topology.divisions() as f64;
         let (pack, lane) = packs.slot(block);
@@ -68,15 +68,15 @@ pub(super) fn contact_block(geometry: &Geometry, packs: &Packs) -> Vec<ContactBl
             lane,
         }
     };
-    (0..geometry.blocks.len()).map(place).collect()
+    (0..geometry.blocks.len()).map(current).collect()
 }
 
 impl ContactBlock {
     /// Value of a nodal field at lattice steps `at`.
     #[inline(always)]
     pub(super) fn value(&self, field: &[Lanes], at: [usize; 3]) -> Vec3 {
-        let place = self.first + 3 * self.topology.node(at);
-        let node = &field[place..place + 3];
+        let slot = self.first + 3 * self.topology.node(at);
+        let node = &field[slot..slot + 3];
         Vec3::new(node[0].0[self.lane], node[1].0[self.lane], node[2].0[self.lane])
     }
 

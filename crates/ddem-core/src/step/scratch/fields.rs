@@ -160,7 +160,7 @@ impl PackForces<'_> {
         }
     }
 
-    /// Places of the nodes of a pack.
+    /// Slots of the nodes of a pack.
     fn nodes(&self, packs: &Packs, index: usize) -> Range<usize> {
         let first = node_start(packs, self.first);
         node_start(packs, index) - first..node_start(packs, index + 1) - first
