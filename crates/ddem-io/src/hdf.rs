@@ -102,38 +102,53 @@ const PIECE: usize = 512 * 1024;
 ///
 /// Pieces are whole chunks if possible, so that no chunk is packed twice. Later rows, left by an
 /// append that failed halfway, disappear.
-pub(crate) fn write<T: H5Type + Default + Copy>(
+pub(crate) fn write<T>(
     group: &Group,
     name: &str,
     rows: Range<usize>,
-    mut fill: impl FnMut(Range<usize>, &mut [T]),
-) -> hdf5::Result<()> {
+    fill: impl Fn(Range<usize>, &mut [T]) + Sync,
+) -> hdf5::Result<()>
+where
+    T: H5Type + Default + Copy + Send + Sync,
+{
     let dataset = group.dataset(name)?;
     let shape = dataset.get_shape()?;
     resize(&dataset, &shape, rows.end)?;
     let columns: usize = shape[1..].iter().product();
     let chunk = dataset.chunk().and_then(|chunk| chunk.first().copied()).unwrap_or(1).max(1);
     let most = (PIECE / columns.max(1) / chunk).max(1) * chunk;
-    let (mut at, mut numbers) = (rows.start, Vec::new());
-    while at < rows.end {
-        let end = rows.end.min((at / most + 1) * most);
-        numbers.resize((end - at) * columns, T::default());
-        fill(at - rows.start..end - rows.start, &mut numbers);
-        if shape.len() == 1 {
-            dataset.write_slice(&numbers, at..end)?;
-        } else {
-            let view = ndarray::ArrayView2::from_shape((end - at, columns), &numbers)
-                .map_err(|e| e.to_string())?;
-            dataset.write_slice(view, (at..end, ..))?;
+    let piece = |at: usize| at..rows.end.min((at / most + 1) * most);
+    let filled = |piece: &Range<usize>, numbers: &mut Vec<T>| {
+        numbers.resize(piece.len() * columns, T::default());
+        if piece.is_empty() {
+            return;
         }
-        at = end;
+        fill(piece.start - rows.start..piece.end - rows.start, numbers);
+    };
+    let store = |piece: &Range<usize>, numbers: &[T]| -> hdf5::Result<()> {
+        if shape.len() == 1 {
+            return dataset.write_slice(numbers, piece.clone());
+        }
+        let view = ndarray::ArrayView2::from_shape((piece.len(), columns), numbers);
+        dataset.write_slice(view.map_err(|e| e.to_string())?, (piece.clone(), ..))
+    };
+    let (mut now, mut next) = (piece(rows.start), Vec::new());
+    let mut numbers = Vec::new();
+    filled(&now, &mut numbers);
+    while !now.is_empty() {
+        let after = piece(now.end);
+        // One thread computes the next piece while another one writes this one.
+        let (stored, ()) = rayon::join(|| store(&now, &numbers), || filled(&after, &mut next));
+        stored?;
+        std::mem::swap(&mut numbers, &mut next);
+        now = after;
     }
     // Dropping a dataset would also write the buffer of HDF5, but cannot report a full disk.
     dataset.flush()
 }
 
 /// Writes one number and ends the dataset after it.
-pub(crate) fn put<T: H5Type + Default + Copy>(
+pub(crate) fn put<T: H5Type + Default + Copy + Send + Sync>(
     group: &Group,
     name: &str,
     row: usize,

@@ -70,7 +70,7 @@ impl<'a> PairContext<'a> {
     /// Springs and dashpot of failed pairs.
     pub(super) fn springs(&self, stiffness: SpringStiffness, dashpot: f64) -> PointSprings {
         let dashpot = if self.undamped { 0.0 } else { dashpot };
-        PointSprings { stiffness, dashpot, time_step: self.time_step }
+        PointSprings::new(stiffness, dashpot, self.time_step)
     }
 }
 
@@ -125,7 +125,9 @@ impl JointPoint {
     ) -> PointLoss {
         let own = relative_position - self.origin;
         let Some(law) = law else {
-            (self.state.traction, self.state.gap) = (elastic(springs.stiffness, own), own.x);
+            let [normal, shear] = springs.stiffness;
+            let stiffness = SpringStiffness { normal, shear };
+            (self.state.traction, self.state.gap) = (elastic(stiffness, own), own.x);
             return PointLoss::default();
         };
         let previous_traction = self.state.traction;
@@ -168,7 +170,7 @@ impl JointPoint {
 
 /// True if a failed pair of a joint has slid or opened so far that the joint has rotated about its
 /// bonded pairs. `spacing` is the spacing of the pairs `[m]`.
-pub fn has_rotated<'a>(points: impl IntoIterator<Item = &'a JointPoint>, spacing: f64) -> bool {
+pub fn has_rotated(points: impl IntoIterator<Item = JointPoint>, spacing: f64) -> bool {
     let mut failed = points.into_iter().filter(|point| point.failure.is_some());
     failed.any(|JointPoint { state, .. }| state.gap.max(state.slip.norm()) > ROTATED * spacing)
 }

@@ -98,16 +98,19 @@ pub fn cut<'a, T>(field: &mut &'a mut [T], at: usize) -> &'a mut [T] {
 
 /// Index of a pack's first number in a field with three components a node. One past the last pack
 /// is allowed.
+#[inline]
 pub fn node_start(packs: &Packs, pack: usize) -> usize {
     3 * packs.packs.get(pack).map_or(packs.nodes, |p| p.start)
 }
 
 /// Number of rigid packs before a pack. One past the last pack is allowed.
+#[inline]
 pub fn rigid_start(packs: &Packs, pack: usize) -> usize {
     packs.packs.get(pack).map_or(packs.rigid, |p| p.rigid_start)
 }
 
 /// Index of a pack's first number in the neighbour forces. One past the last pack is allowed.
+#[inline]
 pub fn neighbour_force_start(packs: &Packs, pack: usize) -> usize {
     3 * packs.packs.get(pack).map_or(packs.neighbour_forces, |p| p.neighbour_force_start)
 }

@@ -93,17 +93,17 @@ impl Model {
 
 impl<'a> JointState<'a> {
     /// A pair; `None` if the joint has no springs.
-    pub(crate) fn point(&self, pair: usize) -> Option<&'a JointPoint> {
+    pub(crate) fn point(&self, pair: usize) -> Option<JointPoint> {
         match self.points {
             JointPairs::Absent | JointPairs::Elements => None,
-            JointPairs::Lane(broken, lane) => Some(&broken.points[pair][lane]),
-            JointPairs::Patch(points) => Some(&points[pair].pair),
-            JointPairs::Released(pairs) => Some(&pairs[pair]),
+            JointPairs::Lane(broken, lane) => Some(broken.points.get(pair, lane)),
+            JointPairs::Patch(points) => Some(points[pair].pair),
+            JointPairs::Released(pairs) => Some(pairs[pair]),
         }
     }
 
     /// Pairs of the joint; none if it has no springs.
-    pub(crate) fn points(&self) -> impl Iterator<Item = &'a JointPoint> {
+    pub(crate) fn points(&self) -> impl Iterator<Item = JointPoint> {
         (0..self.pairs).filter_map(|pair| self.point(pair))
     }
 

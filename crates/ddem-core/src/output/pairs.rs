@@ -12,8 +12,17 @@ pub(super) fn displacement(snapshot: &Snapshot<'_>, range: Range<usize>, out: &m
     let (model, u) = (snapshot.model, &snapshot.state.u);
     model.fill_pairs(range, out, |joint| {
         let nodes = model.joint(joint).nodes(model);
+        // The blocks are known; a search for the block of every node would take longer.
+        let sides = model.joint(joint).blocks().map(|block| {
+            let (pack, lane) = model.packs.slot(block);
+            (3 * model.packs.packs[pack].start, model.nodes_of(block).start, lane)
+        });
         move |pair| {
-            let [a, b] = nodes[pair].map(|node| model.get(u, node as usize));
+            let [a, b] = [0, 1].map(|side| {
+                let (start, first, lane) = sides[side];
+                let at = start + 3 * (nodes[pair][side] as usize - first);
+                [0, 1, 2].map(|c| u[at + c].0[lane])
+            });
             [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
         }
     });

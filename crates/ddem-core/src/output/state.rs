@@ -153,8 +153,8 @@ impl Snapshot<'_> {
             joint.pairs += pairs as u64;
             for JointPoint { failure, state, .. } in joint_state.points() {
                 let Some(PairFailure { mode, .. }) = failure else { continue };
-                joint.tension += u64::from(*mode == FailureMode::Tension);
-                joint.shear += u64::from(*mode != FailureMode::Tension);
+                joint.tension += u64::from(mode == FailureMode::Tension);
+                joint.shear += u64::from(mode != FailureMode::Tension);
                 joint.open += u64::from(state.gap > 0.0);
             }
         }

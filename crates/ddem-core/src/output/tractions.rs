@@ -21,7 +21,7 @@ use ddem_mesh::Vec3;
 use ddem_mesh::pack::JointLattice;
 
 /// Present state of a pair, in global axes.
-pub(super) struct PairView<'a> {
+pub(super) struct PairView {
     /// Traction on side a `[Pa]`, (M1).
     pub(super) traction: Vec3,
     /// Axes of the joint in global axes, as columns: the normal from a to b, and two in its plane.
@@ -29,7 +29,7 @@ pub(super) struct PairView<'a> {
     /// Number of the joint's law.
     pub(super) law: u16,
     /// Springs of the pair, if elements around it have failed.
-    pub(super) point: Option<&'a JointPoint>,
+    pub(super) point: Option<JointPoint>,
 }
 
 /// Conforming joint: pack and lane of its block a, its direction and its number.
@@ -57,7 +57,7 @@ impl Snapshot<'_> {
     }
 
     /// Calls `visit` with the pairs in a range, in any order, in the last measured state.
-    pub(super) fn visit_pairs(&self, pairs: Range<usize>, visit: impl FnMut(usize, PairView<'_>)) {
+    pub(super) fn visit_pairs(&self, pairs: Range<usize>, visit: impl FnMut(usize, PairView)) {
         self.visit(&self.scratch.measured_joints, &self.scratch.measured_contacts, pairs, visit);
     }
 
@@ -97,10 +97,10 @@ impl Snapshot<'_> {
         broken_joints: &BrokenJoints,
         contacts: &Contacts,
         pairs: Range<usize>,
-        mut visit: impl FnMut(usize, PairView<'_>),
+        mut visit: impl FnMut(usize, PairView),
     ) {
         let model = self.model;
-        let mut visit = |pair: usize, view: PairView<'_>| {
+        let mut visit = |pair: usize, view: PairView| {
             if pairs.contains(&pair) {
                 visit(pair, view);
             }
@@ -137,7 +137,7 @@ impl Snapshot<'_> {
         broken_joints: &BrokenJoints,
         faces: &[JointLane],
         FaceForces { forces, rotation, work }: &mut FaceForces,
-        visit: &mut impl FnMut(usize, PairView<'_>),
+        visit: &mut impl FnMut(usize, PairView),
     ) {
         let model = self.model;
         let (pack, d) = (faces[0].pack as usize, usize::from(faces[0].d));
@@ -164,7 +164,7 @@ impl Snapshot<'_> {
                 };
                 let area = section.quarter.0[lane] * node_pair.elements().len() as f64;
                 let mut traction = (force(0) - force(1)) / (2.0 * area);
-                let point = broken.map(|b| &b.points[p][lane]).filter(|p| p.area > 0.0);
+                let point = broken.map(|b| b.points.get(p, lane)).filter(|p| p.area > 0.0);
                 if let Some(point) = point {
                     let springs = point.state.total_traction();
                     // Fraction of the pair's elements that are springs; each has a quarter of its
@@ -183,13 +183,13 @@ impl Snapshot<'_> {
 fn visit_nonconforming(
     joint: &BondedPatch,
     contacts: &Contacts,
-    visit: &mut impl FnMut(usize, PairView<'_>),
+    visit: &mut impl FnMut(usize, PairView),
 ) {
     let Some((patch, bond)) = contacts.bonded_patch(joint.patch.blocks) else { return };
     let axes = patch.frame();
     for (i, point) in patch.points.iter().enumerate() {
         let pair = &point.pair;
         let traction = patch.force(point) / pair.area;
-        visit(joint.first_pair + i, PairView { traction, axes, law: bond.law, point: Some(pair) });
+        visit(joint.first_pair + i, PairView { traction, axes, law: bond.law, point: Some(*pair) });
     }
 }

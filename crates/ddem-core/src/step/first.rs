@@ -260,14 +260,18 @@ pub(super) fn pack_forces<S: Simd>(
     work.stopwatch.lap(Phase::Blocks);
     let tables = input.assembly.pack_tables[pack];
     for offset in 1..8 {
-        let mut broken = broken_joints.as_mut().and_then(|lattices| lattices[offset].take());
+        let mut first = None;
+        let broken = match broken_joints {
+            Some(lattices) => &mut lattices[offset],
+            None => &mut first,
+        };
         if broken.as_ref().map_or(tables[offset] != NO_TABLE, BrokenLattice::acts) {
-            joint(simd, input, JointLattice { pack, offset }, &mut broken, &mut out, work);
+            joint(simd, input, JointLattice { pack, offset }, broken, &mut out, work);
         } else {
             clear(packs.numbering_of(&packs.packs[pack]), offset, out.neighbour_forces);
         }
-        if broken.is_some() {
-            broken_joints.get_or_insert_with(Box::default)[offset] = broken;
+        if first.is_some() {
+            broken_joints.get_or_insert_with(Box::default)[offset] = first;
         }
     }
     work.stopwatch.lap(Phase::Joints);

@@ -123,12 +123,12 @@ impl Files {
         for (joints, writer) in [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())] {
             let Some(writer) = writer else { continue };
             let fields: Vec<&Field> = table(snapshot.model(), joints).collect();
-            writer.append(time, None, &mut |at, rows, out| snapshot.fill(fields[at], rows, out))?;
+            writer.append(time, None, &|at, rows, out| snapshot.fill(fields[at], rows, out))?;
         }
         if let Some(cloud) = &mut self.contacts {
             let contacts = simulation.contacts();
             let points = contacts.iter().map(|contact| contact.position).collect();
-            cloud.append(time, Some(points), &mut |at, rows: Range<usize>, out: &mut [f64]| {
+            cloud.append(time, Some(points), &|at, rows: Range<usize>, out: &mut [f64]| {
                 CONTACT_FIELDS[at].fill(&contacts[rows], out);
             })?;
         }

@@ -1,4 +1,5 @@
 use std::ops::Range;
+use std::sync::Mutex;
 
 use super::create::chunk;
 use super::*;
@@ -21,7 +22,7 @@ fn fields() -> [FieldSpec; 3] {
 fn append(writer: &mut Writer, step: usize) -> Result<(), OutputError> {
     let state = vec![step as f64; 12];
     let wholes = [values(step, 36), values(step + 100, 12), state];
-    writer.append(step as f64 / 3.0, None, &mut |field, rows, out| {
+    writer.append(step as f64 / 3.0, None, &|field, rows, out| {
         out.copy_from_slice(part(&wholes[field], rows, fields()[field].components));
     })
 }
@@ -135,7 +136,7 @@ fn points_outside_mesh_are_refused_without_trace() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &[FieldSpec::point("u", 1)]).unwrap();
-    let error = writer.append(0.0, Some(Vec::new()), &mut |_, _, _| ()).unwrap_err();
+    let error = writer.append(0.0, Some(Vec::new()), &|_, _, _| ()).unwrap_err();
     assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
     assert!(Results::open(&path).unwrap().times().unwrap().is_empty());
 }
@@ -198,7 +199,7 @@ fn cloud_fields() -> [FieldSpec; 2] {
 
 fn append_cloud(writer: &mut Writer, step: usize) {
     let (points, wholes) = cloud(step);
-    let fill: WriteRows<'_> = &mut |field, rows, out| {
+    let fill: WriteRows<'_> = &|field, rows, out| {
         out.copy_from_slice(part(&wholes[field], rows, cloud_fields()[field].components));
     };
     writer.append(step as f64 / 3.0, Some(points), fill).unwrap();
@@ -237,7 +238,7 @@ fn clouds_may_change_points_each_step() {
         assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
     }
     assert!(Writer::create_cloud(&path, &[FieldSpec::cell("u", 1)]).is_err());
-    let error = writer.append(0.0, None, &mut |_, _, _| ()).unwrap_err();
+    let error = writer.append(0.0, None, &|_, _, _| ()).unwrap_err();
     assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
 }
 
@@ -261,12 +262,13 @@ fn pieces_are_whole_chunks_and_cover_the_field() {
         _ => ((at + step) % 2) as f64,
     };
     for step in 0..3 {
-        let mut ends = vec![0; fields.len()];
-        let fill: WriteRows<'_> = &mut |field, rows, out| {
+        let ends = Mutex::new(vec![0; fields.len()]);
+        let fill: WriteRows<'_> = &|field, rows, out| {
             let n = fields[field].components;
-            assert_eq!((rows.start, out.len()), (ends[field], n * rows.len()));
+            let end = &mut ends.lock().unwrap()[field];
+            assert_eq!((rows.start, out.len()), (*end, n * rows.len()));
             assert!(out.len() <= 512 * 1024);
-            ends[field] = rows.end;
+            *end = rows.end;
             assert!(
                 rows.end == 200_001 || (step * 200_001 + rows.end).is_multiple_of(chunk(200_001))
             );
@@ -275,7 +277,7 @@ fn pieces_are_whole_chunks_and_cover_the_field() {
                 .for_each(|(out, at)| *out = number(field, step, at));
         };
         writer.append(step as f64, None, fill).unwrap();
-        assert_eq!(ends, [n; 4]);
+        assert_eq!(*ends.lock().unwrap(), [n; 4]);
     }
     let results = Results::open(&path).unwrap();
     for (step, (at, field)) in
@@ -312,9 +314,9 @@ fn refused_meshes_and_fields() {
         message(Writer::create_cloud(&path, &[FieldSpec::cell("u", 1)])),
     ];
     let mut writer = Writer::create(&path, &grid(), &[], &[]).unwrap();
-    found.push(message(writer.append(0.0, Some(Vec::new()), &mut |_, _, _| ())));
+    found.push(message(writer.append(0.0, Some(Vec::new()), &|_, _, _| ())));
     let mut writer = Writer::create_cloud(&path, &[]).unwrap();
-    found.push(message(writer.append(0.0, None, &mut |_, _, _| ())));
+    found.push(message(writer.append(0.0, None, &|_, _, _| ())));
     insta::assert_snapshot!(found.join("\n"));
 }
 

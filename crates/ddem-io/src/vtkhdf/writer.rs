@@ -43,7 +43,7 @@ enum MeshRows {
 
 /// Function that writes the values of some rows of a field, one row after another; field and rows
 /// are counted from 0. Whole numbers are stored as such.
-pub type WriteRows<'a> = &'a mut dyn FnMut(usize, Range<usize>, &mut [f64]);
+pub type WriteRows<'a> = &'a (dyn Fn(usize, Range<usize>, &mut [f64]) + Sync);
 
 impl Writer {
     /// Creates the file with its mesh, its constants and no step yet.
@@ -197,7 +197,7 @@ impl Writer {
                 MeshRows::Fixed { .. } => self.mesh.first_row(field.location, 1),
                 MeshRows::Cloud { .. } => cloud.map_or(0, |cloud| cloud.points.len()),
             };
-            put_field(&root, field, first..first + rows, &mut |rows, out| fill(at, rows, out))?;
+            put_field(&root, field, first..first + rows, &|rows, out| fill(at, rows, out))?;
             put(&steps.group(field.location.offsets())?, &field.name, n, first as i64)?;
         }
         for (name, constant, _) in STEP_CONSTANTS {
@@ -231,7 +231,7 @@ fn put_field(
     root: &Group,
     field: &FieldSpec,
     rows: Range<usize>,
-    fill: &mut dyn FnMut(Range<usize>, &mut [f64]),
+    fill: &(dyn Fn(Range<usize>, &mut [f64]) + Sync),
 ) -> hdf5::Result<()> {
     let (group, name) = (root.group(field.location.group())?, &field.name);
     match field.kind {
@@ -243,12 +243,11 @@ fn put_field(
 
 /// Function that writes the numbers of `fill` in another type.
 fn converted<T>(
-    fill: &mut dyn FnMut(Range<usize>, &mut [f64]),
+    fill: &(dyn Fn(Range<usize>, &mut [f64]) + Sync),
     convert: fn(f64) -> T,
-) -> impl FnMut(Range<usize>, &mut [T]) {
-    let mut numbers = Vec::new();
+) -> impl Fn(Range<usize>, &mut [T]) + Sync {
     move |rows, out| {
-        numbers.resize(out.len(), 0.0);
+        let mut numbers = vec![0.0; out.len()];
         fill(rows, &mut numbers);
         out.iter_mut().zip(&numbers).for_each(|(out, &x)| *out = convert(x));
     }

@@ -4,12 +4,12 @@ use fearless_simd::Simd;
 use nalgebra::Vector3;
 
 use super::BrokenLattice;
-use super::springs::{across, at, elastic_traction, lane_axes, origins};
+use super::springs::{across, at, elastic_traction, lane_axes};
 use crate::losses::Losses;
 use crate::point::{JointPoint, PairContext, PairFailure, components, vector};
 use ddem_mechanics::law::{FailureMode, JointLaw};
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, add, dot, load_at, scale, splat, sub, transposed_times,
+    LANES, Lanes, add, dot, load, load_at, scale, splat, sub, transposed_times,
 };
 use ddem_mesh::NO_JOINT;
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
@@ -36,8 +36,7 @@ impl PairTractions {
         broken: Option<&BrokenLattice>,
         [local, g]: [&[Lanes]; 2],
     ) -> bool {
-        let law = |lane: usize| context.law(section.laws[lane]);
-        if (0..LANES).all(|lane| law(lane).is_none()) {
+        if section.laws.iter().all(|&law| context.law(law).is_none()) {
             return false;
         }
         let n = LANES * node_pairs.len();
@@ -46,6 +45,7 @@ impl PairTractions {
         shears.resize(n.max(shears.len()), 0.0);
         let axes = lane_axes(simd, section);
         let direction = axes.map(|row| row[0]);
+        let any_failed = broken.is_some_and(BrokenLattice::has_any_failed);
         let divisor = context.failure_divisor.unwrap_or(1.0);
         let half = splat(simd, 0.5 / divisor);
         let per_quarter = section.per_quarter.load(simd);
@@ -64,20 +64,30 @@ impl PairTractions {
                 *shear = Lanes::from(dot(across, across)).0;
                 continue;
             };
-            let points = &broken.points[p];
-            let own = sub(transposed_times(&axes, difference(local)), origins(simd, points));
+            let springs = &broken.points.springs[p];
+            let own = transposed_times(&axes, difference(local));
+            let own = sub(own, load(simd, &springs.origin));
             // Springs act on a part of the area of the pair. Failed pairs count as unloaded.
-            let area = Lanes(points.each_ref().map(|point| point.area / divisor)).load(simd);
+            let area = springs.area.load(simd) / divisor;
             let springs =
                 scale(elastic_traction(stiffness, own), area * per_quarter * inverse_count);
             let traction = add(transposed_times(&axes, traction), springs);
             let across = traction[1] * traction[1] + traction[2] * traction[2];
             (*normal, *shear) = (Lanes::from(traction[0]).0, Lanes::from(across).0);
-            for lane in (0..LANES).filter(|&lane| points[lane].failure.is_some()) {
-                (normal[lane], shear[lane]) = (0.0, 0.0);
+            if any_failed {
+                let modes = &broken.points.modes[p];
+                for lane in (0..LANES).filter(|&lane| modes[lane].is_some()) {
+                    (normal[lane], shear[lane]) = (0.0, 0.0);
+                }
             }
         }
-        let (normals, shears) = (&normals[..n], &shears[..n]);
+        self.exceed(section, context, n)
+    }
+
+    /// True if any of the first `n` tractions exceeds the strength of its joint.
+    fn exceed(&self, section: &JointSection, context: PairContext<'_>, n: usize) -> bool {
+        let (normals, shears) = (&self.normal[..n], &self.shear_squared[..n]);
+        let law = |lane: usize| context.law(section.laws[lane]);
         // Most packs have one joint in all lanes. Then one law checks all pairs at once.
         let first = section.laws.iter().position(|&law| law != NO_JOINT).unwrap_or(0);
         if section.laws.iter().all(|law| [section.laws[first], NO_JOINT].contains(law)) {
@@ -129,16 +139,17 @@ impl BrokenLattice {
         self.bonded = false;
         for (p, node_pair) in node_pairs.iter().enumerate() {
             for (lane, has_rotated) in has_rotated.into_iter().enumerate() {
-                let point = &mut self.points[p][lane];
+                let mut point = self.points.get(p, lane);
                 let law = context.law(section.laws[lane]);
                 let Some(law) = law.filter(|_| point.failure.is_none()) else { continue };
                 let area = section.quarter.0[lane] * node_pair.elements().len() as f64;
                 let force = element_force(g, section, node_pair, lane)
-                    + elastic_force(point, section, lane, node_pair, local);
+                    + elastic_force(&point, section, lane, node_pair, local);
                 if !point.fail(law, context, components(force / area), has_rotated, losses) {
                     self.bonded = true;
                     continue;
                 }
+                self.points.set(p, lane, &point);
                 self.set_failed(node_pairs, p, lane);
             }
         }
@@ -155,9 +166,10 @@ impl BrokenLattice {
     /// Marks the bonded pairs of a lane as failed in shear. Returns their number.
     pub fn fail_bonded(&mut self, lane: usize, time: f64) -> u64 {
         let mut failed = 0;
-        for points in &mut self.points {
-            if points[lane].failure.is_none() {
-                points[lane].failure = Some(PairFailure { mode: FailureMode::Shear, time });
+        let failure = Some(PairFailure { mode: FailureMode::Shear, time });
+        for pair in 0..self.points.len() {
+            if self.points.modes[pair][lane].is_none() {
+                self.points.change(pair, lane, |point| point.failure = failure);
                 failed += 1;
             }
         }
@@ -177,15 +189,15 @@ impl BrokenLattice {
         losses: &mut Losses,
     ) {
         losses.fracture += lost(local, forces);
-        let old: Vec<[f64; LANES]> = self.points.iter().map(|p| p.map(|p| p.area)).collect();
+        let old: Vec<Lanes> = self.points.springs.iter().map(|springs| springs.area).collect();
         self.update_areas(node_pairs, section);
         for (p, (node_pair, old)) in node_pairs.iter().zip(old).enumerate() {
-            for (lane, old) in old.into_iter().enumerate() {
-                let point = &mut self.points[p][lane];
-                if point.area == old {
+            for (lane, old) in old.0.into_iter().enumerate() {
+                if self.points.springs[p].area.0[lane] == old {
                     continue;
                 }
-                let before = JointPoint { area: old, ..*point };
+                let mut point = self.points.get(p, lane);
+                let before = JointPoint { area: old, ..point };
                 let springs = elastic_force(&before, section, lane, node_pair, local);
                 let removed = forces.map(|g| element_force(g, section, node_pair, lane));
                 let force = springs + removed[0] - removed[1];
@@ -195,6 +207,7 @@ impl BrokenLattice {
                 let traction = components(force / point.area);
                 let elastic = vector(traction.normal / k.normal, traction.shear / k.shear);
                 point.origin = across(local, section, node_pair, lane) - elastic;
+                self.points.set(p, lane, &point);
                 // The part of the forces that is equal at both nodes vanishes before it does its
                 // half of the work over the last displacement increment.
                 let [a, b] = node_pair.sides;
@@ -207,10 +220,11 @@ impl BrokenLattice {
         // The law of a failed pair begins at the traction at failure.
         for &(p, lane) in &self.newly_failed {
             let (node_pair, lane) = (&node_pairs[p as usize], lane as usize);
-            let point = &mut self.points[p as usize][lane];
-            let traction =
-                components(elastic_force(point, section, lane, node_pair, local) / point.area);
-            point.begin(traction, traction.normal / section.stiffness(lane).normal);
+            self.points.change(p as usize, lane, |point| {
+                let force = elastic_force(point, section, lane, node_pair, local);
+                let traction = components(force / point.area);
+                point.begin(traction, traction.normal / section.stiffness(lane).normal);
+            });
         }
     }
 }

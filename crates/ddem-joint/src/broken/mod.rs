@@ -4,6 +4,7 @@
 //! holds a lattice in which a pair has failed or that consists of springs from the start.
 
 mod failure;
+mod points;
 mod springs;
 pub mod strips;
 
@@ -19,6 +20,7 @@ use ddem_mesh::numbering::NodePair;
 use ddem_mesh::pack::{Pack, Packs};
 
 pub use failure::PairTractions;
+pub use points::LatticePoints;
 pub use springs::{GroundFrame, SideDisplacements, SpringForces};
 
 /// Joint lattice of a pack in which springs have replaced some or all elements.
@@ -30,7 +32,7 @@ pub struct BrokenLattice {
     pub any_alive: bool,
     /// Pairs of a face joint by lane, in the order of
     /// [`ddem_mesh::numbering::BlockNumbering::pairs`].
-    pub points: Vec<[JointPoint; LANES]>,
+    pub points: LatticePoints,
     /// Lanes whose joint was released: a contact has taken the place of its springs.
     released: [bool; LANES],
     /// Failed pairs of each lane.
@@ -132,7 +134,9 @@ impl BrokenJoints {
         let Some(broken) = &mut lattices[offset] else { return };
         for lane in (0..LANES).filter(|&lane| !exists(lane)) {
             broken.alive.iter_mut().for_each(|alive| alive.0[lane] = 1.0);
-            broken.points.iter_mut().for_each(|points| points[lane] = JointPoint::default());
+            for pair in 0..broken.points.len() {
+                broken.points.set(pair, lane, &JointPoint::default());
+            }
             (broken.released[lane], broken.failed[lane]) = (false, 0);
         }
     }
@@ -155,22 +159,16 @@ impl BrokenJoints {
     /// Stores the present state of all failed pairs as equilibrium if `now`; otherwise clears it.
     pub fn set_equilibrium(&mut self, now: bool) {
         let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
-        let points = lattices.flat_map(|broken| broken.points.iter_mut().flatten());
-        for point in points.filter(|point| point.failure.is_some()) {
-            point.state.equilibrium = None;
-            if now {
-                point.set_equilibrium();
-            }
-        }
+        lattices.for_each(|broken| broken.points.set_equilibriums(now));
     }
 
     /// Energy that points have given in excess of what they took `[J]`: sum of the
     /// energy deficits, at most 0.
     pub fn energy_deficit(&self) -> f64 {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
-        sum(lattices
-            .flat_map(|broken| broken.points.iter().flatten())
-            .map(JointPoint::energy_deficit))
+        let failed = lattices.filter(|broken| broken.has_any_failed());
+        let lanes = failed.flat_map(|broken| (0..LANES).flat_map(move |lane| broken.lane(lane)));
+        sum(lanes.map(|point| point.energy_deficit()))
     }
 
     /// Joint lattices of a pack, created if absent.
@@ -186,9 +184,7 @@ impl BrokenJoints {
     /// Memory in use `[bytes]`.
     pub fn bytes(&self) -> usize {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
-        let own = |l: &BrokenLattice| {
-            l.alive.len() * size_of::<Lanes>() + l.points.len() * size_of::<[JointPoint; LANES]>()
-        };
+        let own = |l: &BrokenLattice| l.alive.len() * size_of::<Lanes>() + l.points.bytes();
         self.packs.len() * size_of::<BrokenLattices>() + lattices.map(own).sum::<usize>()
     }
 }
@@ -207,7 +203,7 @@ impl BrokenLattice {
         Self {
             alive: vec![Lanes([1.0; LANES]); elements],
             any_alive: exists,
-            points: vec![[JointPoint::default(); LANES]; pairs],
+            points: LatticePoints::new(pairs),
             released: [false; LANES],
             failed: [0; LANES],
             bonded: true,
@@ -220,7 +216,9 @@ impl BrokenLattice {
         let known =
             |&(pair, lane): &(u32, u8)| (pair as usize) < pairs && usize::from(lane) < LANES;
         let sizes = [self.alive.len(), self.points.len()];
-        sizes == [elements, pairs] && self.newly_failed.iter().all(known)
+        sizes == [elements, pairs]
+            && self.points.is_consistent()
+            && self.newly_failed.iter().all(known)
     }
 
     /// True if the lattice exerts any force.
@@ -229,13 +227,18 @@ impl BrokenLattice {
     }
 
     /// Pairs of the joint in one lane.
-    pub(super) fn lane(&self, lane: usize) -> impl Iterator<Item = &JointPoint> {
-        self.points.iter().map(move |points| &points[lane])
+    pub(super) fn lane(&self, lane: usize) -> impl Iterator<Item = JointPoint> {
+        (0..self.points.len()).map(move |pair| self.points.get(pair, lane))
     }
 
     /// True if the joint in a lane has rotated so far that its bonded pairs must fail.
     fn has_rotated(&self, section: &JointSection, lane: usize) -> bool {
         self.slides(lane) && has_rotated(self.lane(lane), section.spacing(lane))
+    }
+
+    /// True if a pair in any lane has failed.
+    pub(super) fn has_any_failed(&self) -> bool {
+        self.failed != [0; LANES]
     }
 
     /// True if a pair of the joint in a lane has failed.
@@ -251,17 +254,19 @@ impl BrokenLattice {
     /// Removes the springs of the joint in a lane permanently.
     pub fn remove_springs(&mut self, lane: usize) {
         self.released[lane] = true;
-        self.points.iter_mut().for_each(|points| points[lane].remove_springs());
+        for pair in 0..self.points.len() {
+            self.points.change(pair, lane, JointPoint::remove_springs);
+        }
     }
 
     /// Updates the areas of the springs from the elements that are left.
     pub(super) fn update_areas(&mut self, node_pairs: &[NodePair], section: &JointSection) {
         let released = self.released;
         let acts = |lane: &usize| section.joints[*lane] != NO_JOINT && !released[*lane];
-        for (points, node_pair) in self.points.iter_mut().zip(node_pairs) {
+        for (springs, node_pair) in self.points.springs.iter_mut().zip(node_pairs) {
             for lane in (0..LANES).filter(acts) {
                 let removed = node_pair.elements().filter(|&e| self.alive[e].0[lane] == 0.0);
-                points[lane].area = section.quarter.0[lane] * removed.count() as f64;
+                springs.area.0[lane] = section.quarter.0[lane] * removed.count() as f64;
             }
         }
         self.any_alive = (0..LANES).any(|lane| {

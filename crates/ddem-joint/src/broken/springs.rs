@@ -1,15 +1,16 @@
 //! Springs of the pairs of one joint lattice, and their forces.
 
-use fearless_simd::{Simd, f64x4};
+use fearless_simd::{Select, Simd, SimdBase, f64x4, mask64x4};
 use nalgebra::{Matrix3, Vector3};
 
-use super::BrokenLattice;
+use super::{BrokenLattice, LatticePoints};
 use crate::losses::Losses;
 use crate::point::{JointPoint, PairContext, components, vector};
-use ddem_mechanics::law::Traction;
-use ddem_mechanics::law::response::stored;
+use ddem_mechanics::law::springs::PointSprings;
+use ddem_mechanics::law::strengths::LaneLaws;
+use ddem_mechanics::law::{PointLoss, Traction};
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, times,
+    LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times,
     transposed_times,
 };
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
@@ -65,14 +66,16 @@ impl BrokenLattice {
     /// Sets the tractions of a lane's springs at zero displacement, along the joint's axes.
     pub fn preload(&mut self, section: &JointSection, lane: usize, tractions: &[Vector3<f64>]) {
         let k = section.stiffness(lane);
-        for (points, &traction) in self.points.iter_mut().zip(tractions) {
+        for (springs, &traction) in self.points.springs.iter_mut().zip(tractions) {
             let traction = components(traction);
-            points[lane].origin = -vector(traction.normal / k.normal, traction.shear / k.shear);
+            let elastic = vector(traction.normal / k.normal, traction.shear / k.shear);
+            (0..3).for_each(|c| springs.origin[c].0[lane] = -elastic[c]);
         }
     }
 
     /// Adds the spring forces to `g`, the forces `K u` of the elements that are left. The bonded
-    /// pairs of all lanes are computed at once.
+    /// pairs of all lanes are computed at once, and so are the failed ones. One by one remain pairs
+    /// that have just failed and those whose springs rotate with the ground.
     #[inline(always)]
     pub fn add_spring_forces<S: Simd>(
         &mut self,
@@ -87,39 +90,98 @@ impl BrokenLattice {
         let grounded = Lanes(grounds.map(|ground| f64::from(u8::from(ground.is_some()))));
         let mut pull = SpringForces { grounded, ..SpringForces::default() };
         let axes = lane_axes(simd, section);
-        let springs = ElasticSprings::new(simd, section, &axes);
+        let elastic_springs = ElasticSprings::new(simd, section, &axes);
+        let any_failed = self.has_any_failed();
+        let has_law = section.laws.map(|number| context.law(number).is_some());
+        let mut failed_springs = any_failed.then(|| FailedSprings::new(simd, face, context, &axes));
         for (p, node_pair) in face.node_pairs.iter().enumerate() {
-            let points = &mut self.points[p];
             let [a, b] = node_pair.sides;
             let difference =
                 sub(load_at(simd, sides.local, 3 * b), load_at(simd, sides.local, 3 * a));
             let relative_displacement = transposed_times(&axes, difference);
-            let acts = points.each_ref().map(|point| point.area != 0.0);
-            let bonded = points.each_ref().map(|point| point.failure.is_none());
-            let elastic: [bool; LANES] =
-                std::array::from_fn(|lane| acts[lane] && bonded[lane] && grounds[lane].is_none());
-            if elastic != [false; LANES] {
-                let force = springs.force(simd, points, elastic, relative_displacement, &mut pull);
-                store_at(g, 3 * a, sub(load_at(simd, g, 3 * a), force));
-                store_at(g, 3 * b, add(load_at(simd, g, 3 * b), force));
+            let [bonded, failed, single] = self.kinds(p, has_law, sides);
+            if bonded != [false; LANES] {
+                let springs = &elastic_springs;
+                let bonded = LanesOf { points: &mut self.points, pair: p, lanes: bonded };
+                let force = springs.force(simd, bonded, relative_displacement, &mut pull);
+                add_forces(simd, g, [a, b], force);
+            }
+            if let Some(springs) = &mut failed_springs
+                && failed != [false; LANES]
+            {
+                let failed = LanesOf { points: &mut self.points, pair: p, lanes: failed };
+                let force = springs.force(simd, failed, relative_displacement, &mut pull);
+                add_forces(simd, g, [a, b], force);
             }
             let relative_displacement = relative_displacement.map(Lanes::from);
-            for lane in (0..LANES).filter(|&lane| acts[lane] && !elastic[lane]) {
-                let just_failed =
-                    sides.du.filter(|_| self.newly_failed.contains(&(p as u32, lane as u8)));
-                let du = just_failed.map(|du| across(du, section, node_pair, lane));
-                let point = &mut points[lane];
-                let pair = FailedPair {
+            for lane in (0..LANES).filter(|&lane| single[lane]) {
+                let new = self.newly_failed.contains(&(p as u32, lane as u8));
+                let du = sides.du.filter(|_| new);
+                let pair = SinglePair {
                     section,
                     lane,
                     sides: [a, b],
                     relative_displacement: lane_of(&relative_displacement, lane),
-                    du,
+                    du: du.map(|du| across(du, section, node_pair, lane)),
                 };
-                pair.add(context, point, grounds[lane].as_ref(), g, losses, &mut pull);
+                let ground = grounds[lane].as_ref();
+                self.points.change(p, lane, |point| {
+                    pair.add(context, point, ground, g, losses, &mut pull);
+                });
             }
         }
+        if let Some(springs) = failed_springs {
+            let [friction, fracture, damping] = springs.losses.map(|loss| Lanes::from(loss).sum());
+            losses.add_point(1.0, PointLoss { friction, fracture, contact: 0.0, damping });
+        }
         pull
+    }
+}
+
+impl BrokenLattice {
+    /// Lanes in which a pair is bonded, has failed, or must be computed on its own.
+    #[inline(always)]
+    fn kinds(
+        &self,
+        pair: usize,
+        has_law: [bool; LANES],
+        sides: SideDisplacements<'_>,
+    ) -> [[bool; LANES]; 3] {
+        let area = self.points.springs[pair].area;
+        let modes = if self.has_any_failed() { self.points.modes[pair] } else { [None; LANES] };
+        let mut kinds = [[false; LANES]; 3];
+        for lane in (0..LANES).filter(|&lane| area.0[lane] != 0.0) {
+            let new = sides.du.is_some() && self.newly_failed.contains(&(pair as u32, lane as u8));
+            let alone = new || sides.grounds[lane].is_some();
+            let slides = has_law[lane] && modes[lane].is_some();
+            kinds[0][lane] = !alone && !slides;
+            kinds[1][lane] = !alone && slides;
+            kinds[2][lane] = alone;
+        }
+        kinds
+    }
+}
+
+/// Adds forces on sides a to the forces `K u` of two nodes.
+#[inline(always)]
+fn add_forces<S: Simd>(simd: S, g: &mut [Lanes], [a, b]: [usize; 2], force: Vector<S>) {
+    store_at(g, 3 * a, sub(load_at(simd, g, 3 * a), force));
+    store_at(g, 3 * b, add(load_at(simd, g, 3 * b), force));
+}
+
+/// Some lanes of a pair.
+struct LanesOf<'a> {
+    points: &'a mut LatticePoints,
+    pair: usize,
+    lanes: [bool; LANES],
+}
+
+impl LanesOf<'_> {
+    /// Mask of the lanes.
+    #[inline(always)]
+    fn mask<S: Simd>(&self, simd: S) -> mask64x4<S> {
+        let lanes = Lanes(self.lanes.map(|lane| f64::from(u8::from(lane))));
+        lanes.load(simd).simd_gt(splat(simd, 0.0))
     }
 }
 
@@ -141,37 +203,100 @@ impl<'a, S: Simd> ElasticSprings<'a, S> {
         Self { axes, stiffness, half_compliance: Lanes(compliance).load(simd) }
     }
 
-    /// Updates the points of a pair in the `elastic` lanes. Returns their forces on side a `[N]`, 0
-    /// in the other lanes.
+    /// Updates the bonded points of a pair. Returns their forces on side a `[N]`, 0 in other lanes.
     #[inline(always)]
     fn force(
         &self,
         simd: S,
-        points: &mut [JointPoint; LANES],
-        elastic: [bool; LANES],
+        bonded: LanesOf<'_>,
         relative_displacement: Vector<S>,
         pull: &mut SpringForces,
     ) -> Vector<S> {
-        let own = sub(relative_displacement, origins(simd, points));
+        let mask = bonded.mask(simd);
+        let springs = &mut bonded.points.springs[bonded.pair];
+        let own = sub(relative_displacement, load(simd, &springs.origin));
         let traction = elastic_traction(self.stiffness, own);
-        let area = |lane: usize| if elastic[lane] { points[lane].area } else { 0.0 };
-        let area = Lanes(std::array::from_fn(area)).load(simd);
+        let area = mask.select(springs.area.load(simd), splat(simd, 0.0));
         let force = scale(times(self.axes, traction), area);
         pull.force = add(load(simd, &pull.force), force).map(Lanes::from);
         let shear = traction[1] * traction[1] + traction[2] * traction[2];
         let stored = traction[0] * own[0] * 0.5 + shear * self.half_compliance;
         pull.stored = Lanes::from(pull.stored.load(simd) + area * stored);
-        let (gap, traction) = (Lanes::from(own[0]), traction.map(Lanes::from));
-        for lane in (0..LANES).filter(|&lane| elastic[lane]) {
-            let state = &mut points[lane].state;
-            (state.traction, state.gap) = (components(lane_of(&traction, lane)), gap.0[lane]);
+        springs.gap = Lanes::from(mask.select(own[0], springs.gap.load(simd)));
+        for (kept, traction) in springs.traction.iter_mut().zip(traction) {
+            *kept = Lanes::from(mask.select(traction, kept.load(simd)));
         }
         force
     }
 }
 
-/// Failed pair of one lane, or one whose springs rotate with the ground.
-struct FailedPair<'a> {
+/// Springs of the failed pairs of a joint section, four side by side.
+struct FailedSprings<'a, S: Simd> {
+    axes: &'a Matrix<S>,
+    laws: LaneLaws<'a, S>,
+    springs: PointSprings<f64x4<S>>,
+    /// True in a relaxation, in which the pairs slip from their last equilibrium.
+    relaxing: bool,
+    /// Losses so far, by friction, fracture and dashpots `[J]`.
+    losses: [f64x4<S>; 3],
+}
+
+impl<'a, S: Simd> FailedSprings<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, face: FaceLattice<'a>, context: PairContext<'a>, axes: &'a Matrix<S>) -> Self {
+        let section = face.section;
+        let dashpot = if context.undamped { Lanes::ZERO } else { section.dashpot };
+        let [normal, shear] = section.stiffnesses();
+        let springs = PointSprings {
+            stiffness: [normal.load(simd), shear.load(simd)],
+            dashpot: dashpot.load(simd),
+            time_step: context.time_step,
+        };
+        let laws = LaneLaws::new(simd, section.laws, |number| context.law(number));
+        let losses = [splat(simd, 0.0); 3];
+        Self { axes, laws, springs, relaxing: context.relaxing, losses }
+    }
+
+    /// Updates the failed points of a pair. Returns their forces on side a `[N]`, 0 in other lanes.
+    #[inline(always)]
+    fn force(
+        &mut self,
+        simd: S,
+        failed: LanesOf<'_>,
+        relative_displacement: Vector<S>,
+        pull: &mut SpringForces,
+    ) -> Vector<S> {
+        let (mask, zero) = (failed.mask(simd), splat(simd, 0.0));
+        let LanesOf { points, pair, lanes } = failed;
+        let springs = &points.springs[pair];
+        let own = sub(relative_displacement, load(simd, &springs.origin));
+        let area = mask.select(springs.area.load(simd), zero);
+        let mut state = points.load(simd, pair);
+        let loss = self.springs.update_points(&self.laws, own, &mut state);
+        // Other lanes may hold any number, also infinite ones.
+        let [normal, s, t] = state.total_traction();
+        let traction = [mask.select(normal, zero), mask.select(s, zero), mask.select(t, zero)];
+        let force = scale(times(self.axes, traction), area);
+        let slip = [zero, mask.select(state.slip[0], zero), mask.select(state.slip[1], zero)];
+        let couple = cross(times(self.axes, slip), force);
+        let stored = mask.select(area * state.stored(self.springs.stiffness[1]), zero);
+        pull.force = add(load(simd, &pull.force), force).map(Lanes::from);
+        pull.couple = add(load(simd, &pull.couple), couple).map(Lanes::from);
+        pull.stored = Lanes::from(pull.stored.load(simd) + stored);
+        let more = [loss.friction, loss.fracture, loss.damping];
+        for (sum, more) in self.losses.iter_mut().zip(more) {
+            *sum = *sum + mask.select(area * more, zero);
+        }
+        points.store(simd, pair, &state, mask);
+        if self.relaxing {
+            points.add_equilibriums(pair, lanes);
+        }
+        force
+    }
+}
+
+/// Pair of one lane that has just failed, or whose springs rotate with the ground.
+struct SinglePair<'a> {
     section: &'a JointSection,
     lane: usize,
     /// Nodes on sides a and b.
@@ -182,7 +307,7 @@ struct FailedPair<'a> {
     du: Option<Vector3<f64>>,
 }
 
-impl FailedPair<'_> {
+impl SinglePair<'_> {
     /// Adds the forces of the pair to its nodes.
     fn add(
         self,
@@ -218,7 +343,7 @@ impl FailedPair<'_> {
             pull.force[c].0[lane] += force[c];
             pull.couple[c].0[lane] += couple[c];
         }
-        pull.stored.0[lane] += area * stored(section.stiffness(lane), &point.state);
+        pull.stored.0[lane] += area * point.state.stored(section.stiffness(lane).shear);
     }
 }
 
@@ -226,12 +351,6 @@ impl FailedPair<'_> {
 #[inline(always)]
 pub(super) fn lane_axes<S: Simd>(simd: S, section: &JointSection) -> Matrix<S> {
     [0, 1, 2].map(|i| [0, 1, 2].map(|j| splat(simd, section.axes[(i, j)])))
-}
-
-/// Origins of four points `[m]`.
-#[inline(always)]
-pub(super) fn origins<S: Simd>(simd: S, points: &[JointPoint; LANES]) -> Vector<S> {
-    [0, 1, 2].map(|c| Lanes(points.each_ref().map(|point| point.origin[c])).load(simd))
 }
 
 /// Elastic tractions for the vectors from the origins `[Pa]`.

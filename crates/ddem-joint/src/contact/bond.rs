@@ -226,7 +226,7 @@ impl Patch {
 
     /// True if the joint has rotated so far that its bonded pairs must fail.
     pub(super) fn has_rotated(&self, configuration: &Configuration<'_>) -> bool {
-        self.bond.is_some() && has_rotated(self.pairs(), self.spacing(configuration))
+        self.bond.is_some() && has_rotated(self.pairs().copied(), self.spacing(configuration))
     }
 
     /// Numbers of pairs that would fail now, in shear and in tension.
@@ -286,7 +286,7 @@ impl Patch {
         context: PairContext<'_>,
     ) -> Option<JointStatus> {
         let law = context.law(self.bond?.law);
-        let (moved, any_bonded) = PairMotion::of(self.pairs(), law);
+        let (moved, any_bonded) = PairMotion::of(self.pairs().copied(), law);
         let bonded = any_bonded && law.is_none_or(|law| law.is_cohesive());
         let rigid = self.blocks.iter().any(|&block| configuration.blocks[block as usize].rigid);
         Some(moved.status(bonded, rigid, self.spacing(configuration)))

@@ -95,7 +95,7 @@ impl Patch {
             let own = axes.tr_mul(&relative_position);
             let loss = if is_joint {
                 let pair = &mut point.pair;
-                let elastic = pair.elastic(springs.stiffness, own);
+                let elastic = pair.elastic(self.surface.stiffness, own);
                 let fails = law
                     .is_some_and(|law| pair.fail(law, context, elastic, has_rotated, &mut losses));
                 let du = fails.then(|| {
@@ -142,7 +142,7 @@ impl ContactPoint {
         // Slip over half an element removes the whole offset.
         let fraction = (slipped / (0.5 * spacing)).min(1.0);
         let gap = relative_position.x - self.pair.origin.x;
-        self.relax_offset(springs.stiffness.normal, gap, fraction, loss.friction);
+        self.relax_offset(springs.stiffness[0], gap, fraction, loss.friction);
         if !has_friction {
             // Without friction the work of a vanishing offset is a numerical loss.
             loss.contact += std::mem::take(&mut loss.friction);

@@ -63,7 +63,11 @@ impl Contacts {
         let joints = &self.joints;
         let further = |index: usize| {
             let pack = &at.packs.packs[index];
-            let all = (0..3).flat_map(|d| (0..pack.filled).map(move |lane| (d, lane)));
+            let fails = move |d: &usize| {
+                broken_joints.get(index, 1 << d).is_some_and(BrokenLattice::has_any_failed)
+            };
+            let all = (0..3).filter(fails);
+            let all = all.flat_map(|d| (0..pack.filled).map(move |lane| (d, lane)));
             all.filter_map(move |(d, lane)| {
                 let block = pack.blocks[lane] as usize;
                 let known = joints[block][d];
@@ -127,8 +131,8 @@ pub(super) struct PairMotion {
 
 impl PairMotion {
     /// Motion of the failed pairs, and true if there are unfailed ones.
-    pub(super) fn of<'a>(
-        pairs: impl Iterator<Item = &'a JointPoint>,
+    pub(super) fn of(
+        pairs: impl Iterator<Item = JointPoint>,
         law: Option<&dyn JointLaw>,
     ) -> (Self, bool) {
         let softens = law.is_some_and(|law| law.softening().is_some());
@@ -276,7 +280,7 @@ fn remove_springs(
     let (mut energy, mut energy_excess, mut total_area) = ([0.0; 2], 0.0, 0.0);
     let broken = broken_joints.at(index)[1 << d].as_mut()?;
     let n = at.packs.numbering_of(pack).divisions;
-    for (p, &JointPoint { area, state, .. }) in broken.lane(lane).enumerate() {
+    for (p, JointPoint { area, state, .. }) in broken.lane(lane).enumerate() {
         let (traction, total) = (state.traction, state.total_traction());
         let pull = axes * vector(total.normal, total.shear) * area;
         force += pull;

@@ -178,7 +178,9 @@ pub fn release_due_joints(
     broken_joints: &mut BrokenJoints,
     contacts: &mut Contacts,
 ) -> Losses {
-    if contacts.joints.iter().flatten().all(|joint| *joint != JointStatus::Pending) {
+    // Without an early end the loop compares many statuses at once.
+    let statuses = contacts.joints.as_flattened().iter();
+    if !statuses.fold(false, |any, &status| any | (status == JointStatus::Pending)) {
         return Losses::default();
     }
     let builder = search.builder(configuration);

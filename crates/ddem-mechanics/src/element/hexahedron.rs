@@ -272,4 +272,4 @@ pub(super) fn stress<S: Simd>(
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -40,9 +40,11 @@ mod barton;
 mod blended;
 mod check;
 mod mohr_coulomb;
+pub mod points;
 mod reduced;
-pub mod response;
+mod response;
 pub mod springs;
+pub mod strengths;
 #[cfg(test)]
 mod tests;
 
@@ -51,6 +53,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector2;
 use serde::{Deserialize, Serialize};
+
+use crate::math::lanes::LANES;
 
 pub use barton::Barton;
 pub use blended::BlendedLaw;
@@ -83,6 +87,14 @@ pub struct SpringStiffness {
     pub normal: f64,
     /// Shear stiffness k_s `[Pa/m]`.
     pub shear: f64,
+}
+
+impl SpringStiffness {
+    /// Normal and shear stiffness `[Pa/m]`.
+    #[inline(always)]
+    pub fn components(self) -> [f64; 2] {
+        [self.normal, self.shear]
+    }
 }
 
 /// Failure mode of a point.
@@ -220,6 +232,17 @@ pub trait JointLaw: Debug + Send + Sync {
             let rounding = ROUNDING * (normal.abs() + self.tension());
             (shear > self.peak(normal) + rounding).then_some(FailureMode::Shear)
         }
+    }
+
+    /// [`peak`](Self::peak) of four points. One call serves all, so that the loop is compiled for each
+    /// law.
+    fn peaks(&self, normal: [f64; LANES]) -> [f64; LANES] {
+        normal.map(|normal| self.peak(normal))
+    }
+
+    /// [`residual`](Self::residual) of four points.
+    fn residuals(&self, normal: [f64; LANES]) -> [f64; LANES] {
+        normal.map(|normal| self.residual(normal))
     }
 
     /// True if one of several points fails, from their normal tractions and the squares of their

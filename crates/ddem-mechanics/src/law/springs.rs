@@ -13,27 +13,114 @@
 
 use nalgebra::Vector3;
 
+use super::points::{Displacements, Loss, Points};
 use super::response::respond;
+use super::strengths::Strengths;
 use super::{JointDisplacement, JointLaw, PointLoss, PointState, SpringStiffness, Traction};
+use crate::math::number::Number;
 
 /// Largest correction traction, as a fraction of the spring stiffness times the displacement
 /// increment of a step. Faces that part within a step have at most this deficit.
 const LARGEST_CORRECTION: f64 = 0.25;
 
-/// Springs and dashpot of a failed point.
+/// Springs and dashpots of failed points.
 #[derive(Clone, Copy, Debug)]
-pub struct PointSprings {
-    /// Stiffness of the springs `[Pa/m]`.
-    pub stiffness: SpringStiffness,
-    /// Coefficient of the dashpot `[Pa s/m]`.
-    pub dashpot: f64,
-    /// Time since the last update of the point `[s]`; 0 in relaxation. `None` keeps the present
-    /// dashpot traction, as for a point that is new at its place.
+pub struct PointSprings<N = f64> {
+    /// Normal and shear stiffness of the springs `[Pa/m]`.
+    pub stiffness: [N; 2],
+    /// Coefficient of the dashpots `[Pa s/m]`.
+    pub dashpot: N,
+    /// Time since the last update of the points `[s]`; 0 in relaxation. `None` keeps the present
+    /// dashpot tractions, as for points that are new at their place.
     pub time_step: Option<f64>,
 }
 
+impl<N: Number> PointSprings<N> {
+    /// Updates the states and the tractions of points, by springs and dashpots, for displacements.
+    /// Returns the losses since the last update `[J/m²]`.
+    #[inline(always)]
+    pub fn update_points(
+        &self,
+        law: &(impl Strengths<N> + ?Sized),
+        displacement: Displacements<N>,
+        points: &mut Points<N>,
+    ) -> Loss<N> {
+        let zero = self.dashpot.like(0.0);
+        let du = displacement[0] - (points.gap + points.applied_dilation);
+        let last = [points.dashpot, points.correction];
+        if let Some(time_step) = self.time_step {
+            // The dashpot is set before the springs, because friction depends on it.
+            points.dashpot = if time_step > 0.0 { self.dashpot * du / time_step } else { zero };
+            points.correction = zero;
+        }
+        let mut loss = respond(law, self.stiffness, displacement, points);
+        // Friction that returns energy would create it, so the energy excess decreases. In a
+        // relaxation it only undoes slip that overshot.
+        let given = N::select(points.relaxing, zero, loss.friction.or_less(zero));
+        loss.friction = loss.friction - given;
+        points.energy_excess = points.energy_excess + (loss.contact + given);
+        loss.contact = zero;
+        let Some(time_step) = self.time_step else { return loss };
+        if time_step == 0.0 {
+            // In relaxation damping takes the loss of faces that meet within a step.
+            (loss.damping, points.energy_excess) = (points.energy_excess, zero);
+            return loss;
+        }
+        loss.damping = self.apply_dashpot(du, time_step, last, points);
+        loss
+    }
+
+    /// Updates the added tractions after increments along the normal; the array has those of the
+    /// last step. Returns the energy that the dashpots take over it.
+    #[inline(always)]
+    fn apply_dashpot(
+        &self,
+        du: N,
+        time_step: f64,
+        [dashpot, correction]: [N; 2],
+        points: &mut Points<N>,
+    ) -> N {
+        let zero = du.like(0.0);
+        let pressed = zero.exceeds(points.gap);
+        points.dashpot = points.dashpot_traction();
+        let work = (dashpot + points.dashpot) * 0.5 * du;
+        let mut dissipated = zero;
+        let damped = self.dashpot.exceeds(zero);
+        if N::any(damped) {
+            // On the way back it returns at most the energy that its last force took half a step
+            // early.
+            let back = dashpot * 0.5 * dashpot * time_step / self.dashpot;
+            dissipated = N::select(damped, work.or_more(-back), zero);
+        }
+        points.energy_excess = points.energy_excess + (work - dissipated + correction * 0.5 * du);
+        let corrected = zero.exceeds(points.energy_excess) | (du.exceeds(zero) & pressed);
+        self.correct_energy(corrected, du, points);
+        dissipated
+    }
+
+    /// Sets the correction tractions that bring the energy excesses to zero after increments along
+    /// the normal. Half of their work is done over this increment, half over the next one.
+    #[inline(always)]
+    fn correct_energy(&self, corrected: N::Mask, du: N, points: &mut Points<N>) {
+        let corrected = corrected & !du.equals(du.like(0.0));
+        if !N::any(corrected) {
+            return;
+        }
+        let most = self.stiffness[0] * LARGEST_CORRECTION;
+        let correction = (-points.energy_excess / (du * du)).or_more(-most).or_less(most);
+        let excess = points.energy_excess + correction * 0.5 * du * du;
+        points.energy_excess = N::select(corrected, excess, points.energy_excess);
+        points.correction = N::select(corrected, correction * du, points.correction);
+    }
+}
+
 impl PointSprings {
-    /// Updates the state and the tractions of a point, by springs and dashpot, for a displacement.
+    /// Springs and dashpot of one point.
+    pub fn new(stiffness: SpringStiffness, dashpot: f64, time_step: Option<f64>) -> Self {
+        Self { stiffness: stiffness.components(), dashpot, time_step }
+    }
+
+    /// Updates the state and the tractions of one point, by springs and dashpot, for a displacement.
     /// Returns the losses since the last update `[J/m²]`.
     #[inline(always)]
     pub fn update<L: JointLaw + ?Sized>(
@@ -42,62 +129,11 @@ impl PointSprings {
         displacement: JointDisplacement,
         state: &mut PointState,
     ) -> PointLoss {
-        let du = displacement.normal - (state.gap + state.applied_dilation);
-        let last = state.added_tractions;
-        if let Some(time_step) = self.time_step {
-            // The dashpot is set before the springs, because friction depends on it.
-            let dashpot = if time_step > 0.0 { self.dashpot * du / time_step } else { 0.0 };
-            state.added_tractions = [dashpot, 0.0];
-        }
-        let mut loss = respond(law, self.stiffness, displacement, state);
-        // Friction that returns energy would create it, so the energy excess decreases. In a
-        // relaxation it only undoes slip that overshot.
-        let given = if state.equilibrium.is_some() { 0.0 } else { loss.friction.min(0.0) };
-        loss.friction -= given;
-        state.energy_excess += loss.contact + given;
-        loss.contact = 0.0;
-        let Some(time_step) = self.time_step else { return loss };
-        if time_step == 0.0 {
-            // In relaxation damping takes the loss of faces that meet within a step.
-            loss.damping = std::mem::take(&mut state.energy_excess);
-            return loss;
-        }
-        loss.damping = self.apply_dashpot(du, time_step, last, state);
-        loss
-    }
-
-    /// Updates the added tractions after an increment along the normal; the array has those of the
-    /// last step. Returns the energy that the dashpot takes over it.
-    fn apply_dashpot(
-        &self,
-        du: f64,
-        time_step: f64,
-        [dashpot, correction]: [f64; 2],
-        state: &mut PointState,
-    ) -> f64 {
-        let pressed = state.gap < 0.0;
-        state.added_tractions[0] = state.dashpot_traction();
-        let work = 0.5 * (dashpot + state.added_tractions[0]) * du;
-        // On the way back it returns at most the energy that its last force took half a step early.
-        let back = 0.5 * dashpot * dashpot * time_step / self.dashpot;
-        let dissipated = if self.dashpot > 0.0 { work.max(-back) } else { 0.0 };
-        state.energy_excess += work - dissipated + 0.5 * correction * du;
-        if state.energy_excess < 0.0 || (du > 0.0 && pressed) {
-            self.correct_energy(du, state);
-        }
-        dissipated
-    }
-
-    /// Sets the correction traction that brings the energy excess to zero after an increment along
-    /// the normal. Half of its work is done over this increment, half over the next one.
-    fn correct_energy(&self, du: f64, state: &mut PointState) {
-        if du == 0.0 {
-            return;
-        }
-        let most = LARGEST_CORRECTION * self.stiffness.normal;
-        let correction = (-state.energy_excess / (du * du)).max(-most).min(most);
-        state.energy_excess += 0.5 * correction * du * du;
-        state.added_tractions[1] = correction * du;
+        let JointDisplacement { normal, shear } = displacement;
+        let mut points = Points::one(state);
+        let loss = self.update_points(law, [normal, shear.x, shear.y], &mut points);
+        points.store(state);
+        loss.into()
     }
 
     /// Corrects the losses of a point that has just failed. The lost part of the previous traction
@@ -116,22 +152,32 @@ impl PointSprings {
         loss.friction = loss.friction.min(lost.max(0.0));
         loss.fracture = lost.max(0.0) - loss.friction;
         state.energy_excess += lost.min(0.0);
-        if state.energy_excess < 0.0 && self.time_step.is_some_and(|step| step > 0.0) {
-            self.correct_energy(du.x, state);
-        }
+        let moves = self.time_step.is_some_and(|step| step > 0.0);
+        let mut points = Points::one(state);
+        self.correct_energy(moves && state.energy_excess < 0.0, du.x, &mut points);
+        points.store(state);
+    }
+}
+
+impl<N: Number> Points<N> {
+    /// Normal tractions of the dashpots `[Pa]`. They act on faces in compression only, and never
+    /// pull together with the springs.
+    #[inline(always)]
+    pub(super) fn dashpot_traction(&self) -> N {
+        let zero = self.gap.like(0.0);
+        N::select(zero.exceeds(self.gap), self.dashpot.or_less(-self.normal), zero)
     }
 }
 
 impl PointState {
-    /// Traction of the dashpot `[Pa]`. It acts on faces in compression only, and never pulls
-    /// together with the spring.
-    pub(super) fn dashpot_traction(&self) -> f64 {
-        if self.gap < 0.0 { self.added_tractions[0].min(-self.traction.normal) } else { 0.0 }
-    }
-
     /// Traction of springs, dashpot and energy correction together `[Pa]`.
     pub fn total_traction(&self) -> Traction {
         let Traction { normal, shear } = self.traction;
         Traction { normal: normal + self.added_tractions[0] + self.added_tractions[1], shear }
+    }
+
+    /// Energy per unit area, in the springs and the energy excess `[J/m²]`.
+    pub fn stored(&self, shear_stiffness: f64) -> f64 {
+        Points::one(self).stored(shear_stiffness)
     }
 }
