@@ -113,7 +113,7 @@ impl<S: Simd> NodeSource<S> for Scattered<'_> {
 #[simd]
 pub fn joint_displacements<S: Simd>(
     simd: S,
-    moved: NodePositions<'_>,
+    moved: &NodePositions<'_>,
     at: JointLattice,
     edges: &[[Lanes; 3]; 3],
     local: &mut [Lanes],
@@ -149,7 +149,7 @@ pub fn joint_displacements<S: Simd>(
 #[simd]
 pub fn ordered_displacements<S: Simd>(
     simd: S,
-    moved: NodePositions<'_>,
+    moved: &NodePositions<'_>,
     frame: Option<&LocalFrame<S>>,
     run: &LaneRun,
     part: &BlockPart,
@@ -169,7 +169,7 @@ pub fn ordered_displacements<S: Simd>(
 #[simd]
 fn scattered_displacements<S: Simd>(
     simd: S,
-    moved: NodePositions<'_>,
+    moved: &NodePositions<'_>,
     frame: Option<&LocalFrame<S>>,
     index: usize,
     neighbours: &Neighbours,
@@ -267,7 +267,7 @@ pub fn give_forces<S: Simd>(
 #[inline(always)]
 pub fn rotations<S: Simd>(
     simd: S,
-    moved: NodePositions<'_>,
+    moved: &NodePositions<'_>,
     at: JointLattice,
 ) -> Option<[Matrix<S>; 2]> {
     let JointLattice { pack: index, offset } = at;
@@ -280,7 +280,7 @@ pub fn rotations<S: Simd>(
 #[inline(always)]
 fn rotation<S: Simd>(
     simd: S,
-    moved: NodePositions<'_>,
+    moved: &NodePositions<'_>,
     own: &Frame,
     neighbours: &Neighbours,
 ) -> Matrix<S> {

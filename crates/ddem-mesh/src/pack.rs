@@ -182,6 +182,9 @@ pub struct Packs {
     pub neighbour_forces: usize,
     /// Number of rigid packs.
     pub rigid: usize,
+    /// First nodes and neighbour forces of the packs, and their ends. Neighbours look them up, so
+    /// they lie close together.
+    pub(super) starts: [Vec<u32>; 2],
 }
 
 impl Packs {
@@ -194,6 +197,7 @@ impl Packs {
             nodes: 0,
             neighbour_forces: 0,
             rigid: 0,
+            starts: [vec![0], vec![0]],
         };
         let mut first = 0;
         while first < geometry.lattices.len() {
@@ -252,6 +256,8 @@ impl Packs {
             self.nodes += self.numberings[numbering].nodes;
             self.neighbour_forces += self.numberings[numbering].neighbour_forces;
             self.rigid += usize::from(lattice.rigid);
+            self.starts[0].push(self.nodes as u32);
+            self.starts[1].push(self.neighbour_forces as u32);
         }
     }
 

@@ -100,7 +100,7 @@ pub fn cut<'a, T>(field: &mut &'a mut [T], at: usize) -> &'a mut [T] {
 /// is allowed.
 #[inline]
 pub fn node_start(packs: &Packs, pack: usize) -> usize {
-    3 * packs.packs.get(pack).map_or(packs.nodes, |p| p.start)
+    3 * packs.starts[0][pack] as usize
 }
 
 /// Number of rigid packs before a pack. One past the last pack is allowed.
@@ -112,5 +112,5 @@ pub fn rigid_start(packs: &Packs, pack: usize) -> usize {
 /// Index of a pack's first number in the neighbour forces. One past the last pack is allowed.
 #[inline]
 pub fn neighbour_force_start(packs: &Packs, pack: usize) -> usize {
-    3 * packs.packs.get(pack).map_or(packs.neighbour_forces, |p| p.neighbour_force_start)
+    3 * packs.starts[1][pack] as usize
 }

@@ -19,7 +19,7 @@ use ddem_mesh::pack::{JointLattice, LaneRun};
 #[simd]
 pub(crate) fn block<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     index: usize,
     out: &mut Output<'_>,
     work: &mut Workspace,
@@ -55,7 +55,7 @@ pub(crate) fn block<S: Simd>(
     let (part, run) = (&numbering.parts[0][0], LaneRun::of(index));
     let local_frame = LocalFrame::new(simd, rotation, &frame.mean, &table.edges);
     let nodes = local.as_chunks_mut::<3>().0;
-    ordered_displacements(simd, input.moved, Some(&local_frame), &run, part, nodes);
+    ordered_displacements(simd, &input.moved, Some(&local_frame), &run, part, nodes);
     force(simd, dims, &table.table, local, g);
     if let Some(initial_stress) = initial_stress {
         initial_stress.add(simd, None, g);
@@ -81,7 +81,7 @@ pub(crate) fn block<S: Simd>(
 #[simd]
 fn add_stiffness_damping<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     index: usize,
     out: &mut Output<'_>,
     work: &mut Workspace,
@@ -103,7 +103,7 @@ fn add_stiffness_damping<S: Simd>(
 #[inline(always)]
 fn stiffness_damping<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     index: usize,
     viscous: Viscous<'_>,
     damping_force: &mut [Lanes],

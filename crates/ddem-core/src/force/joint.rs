@@ -32,25 +32,25 @@ use ddem_mesh::pack::JointLattice;
 #[simd]
 pub(crate) fn joint<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
-    broken: &mut Option<BrokenLattice>,
+    broken: &mut Option<Box<BrokenLattice>>,
     out: &mut Output<'_>,
     work: &mut Workspace,
 ) {
     let n = 3 * at.nodes(input.moved.packs);
     let face = input.face(at);
-    let rotation = element_forces(simd, input, at, broken.as_ref(), work);
+    let rotation = element_forces(simd, input, at, broken.as_deref(), work);
     let fails = fail(simd, input, at, rotation.as_ref(), broken, out.losses, work);
     if let Some([_, joints]) = &mut out.energy {
         let stored = half_work(simd, &work.local[..n], &work.g[..n])
-            + initial_stress_energy(simd, input, at, broken.as_ref(), &work.local[..n]);
+            + initial_stress_energy(simd, input, at, broken.as_deref(), &work.local[..n]);
         *joints = Lanes::from(joints.load(simd) + stored);
     }
     let mut pull = None;
     if let (Some(face), Some(broken)) = (face, broken) {
         let du = fails.then_some(&work.du[..n]);
-        let blocks = rotations(simd, input.moved, at);
+        let blocks = rotations(simd, &input.moved, at);
         let grounds = match (&rotation, &blocks) {
             (Some(mean), Some(blocks)) => input.grounds(simd, at, mean, blocks, broken),
             _ => [None; LANES],
@@ -70,7 +70,7 @@ pub(crate) fn joint<S: Simd>(
 #[simd]
 fn elements<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
     broken: Option<&BrokenLattice>,
     work: &mut Workspace,
@@ -100,7 +100,7 @@ fn elements<S: Simd>(
 #[inline(always)]
 fn initial_stress_energy<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
     broken: Option<&BrokenLattice>,
     local: &[Lanes],
@@ -116,10 +116,10 @@ fn initial_stress_energy<S: Simd>(
 #[simd]
 fn fail<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
     rotation: Option<&Matrix<S>>,
-    broken: &mut Option<BrokenLattice>,
+    broken: &mut Option<Box<BrokenLattice>>,
     losses: &mut Losses,
     work: &mut Workspace,
 ) -> bool {
@@ -136,7 +136,7 @@ fn fail<S: Simd>(
     let was_broken = broken.is_some();
     let lattice = broken.get_or_insert_with(|| {
         let tables = input.assembly.pack_tables[at.pack];
-        BrokenLattice::intact(packs, &packs.packs[at.pack], tables, at.offset)
+        Box::new(BrokenLattice::intact(packs, &packs.packs[at.pack], tables, at.offset))
     });
     let before = initial_stress_energy(simd, input, at, Some(lattice), fields[0]);
     let fails = lattice.fail(simd, face, context, fields, tractions, losses);
@@ -159,14 +159,14 @@ fn fail<S: Simd>(
 #[simd]
 fn last_du<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
     rotation: Option<&Matrix<S>>,
     du: &mut [Lanes],
 ) {
     let Some((v, time_step)) = input.last else { return du.fill(Lanes::ZERO) };
     let moved = NodePositions { u: v, frames: None, ..input.moved };
-    joint_displacements(simd, moved, at, input.edges(at), du);
+    joint_displacements(simd, &moved, at, input.edges(at), du);
     if input.moved.packs.packs[at.pack].rigid {
         to_quarters(simd, input.face(at).map(|face| face.node_pairs), du);
     }
@@ -183,7 +183,7 @@ type BrokenJointForces<'a, S> = (&'a JointSection, SpringForces, Option<[Matrix<
 #[inline(always)]
 fn scatter_forces<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
     rotation: Option<Matrix<S>>,
     pull: Option<BrokenJointForces<'_, S>>,
@@ -252,7 +252,7 @@ fn moment<S: Simd>(simd: S, local: &[Lanes], g: &[Lanes]) -> Vector<S> {
 #[inline(always)]
 fn part_torque<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
     rotation: &Matrix<S>,
     torque: Vector<S>,
@@ -282,7 +282,7 @@ fn part_torque<S: Simd>(
 #[simd]
 fn element_forces<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
     broken: Option<&BrokenLattice>,
     work: &mut Workspace,
@@ -290,7 +290,7 @@ fn element_forces<S: Simd>(
     let n = 3 * at.nodes(input.moved.packs);
     work.reserve(n);
     let edges = input.edges(at);
-    let rotation = joint_displacements(simd, input.moved, at, edges, &mut work.local[..n]);
+    let rotation = joint_displacements(simd, &input.moved, at, edges, &mut work.local[..n]);
     if input.moved.packs.packs[at.pack].rigid {
         to_quarters(simd, input.face(at).map(|face| face.node_pairs), &mut work.local[..n]);
     }
@@ -304,7 +304,7 @@ fn element_forces<S: Simd>(
 #[simd]
 pub(crate) fn face_forces<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
     broken: Option<&BrokenLattice>,
     forces: &mut Vec<Lanes>,
@@ -329,7 +329,7 @@ pub(crate) fn face_forces<S: Simd>(
 #[simd]
 pub(crate) fn cell_energy<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     at: JointLattice,
     broken: Option<&BrokenLattice>,
     work: &mut Workspace,

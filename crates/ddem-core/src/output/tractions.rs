@@ -147,7 +147,7 @@ impl Snapshot<'_> {
         let at = JointLattice { pack, offset: 1 << d };
         let broken = broken_joints.get(pack, at.offset);
         dispatch!(self.scratch.level, simd => {
-            face_forces(simd, input, at, broken, forces, rotation, work)
+            face_forces(simd, &input, at, broken, forces, rotation, work)
         });
         let node_pairs = &model.packs.numbering_of(&model.packs.packs[pack]).pairs[d];
         for &JointLane { lane, at, .. } in faces {

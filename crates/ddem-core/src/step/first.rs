@@ -128,7 +128,7 @@ pub(crate) fn forces(
         scratch.forces(broken_joints, pass.energies, pass.viscous.is_some());
     let input = input(pass, frames);
     spread(&model.packs, runs, fields, &|run, mut fields: FirstPassFields<'_>| {
-        dispatch!(level, simd => run_forces(simd, input, run, &mut fields));
+        dispatch!(level, simd => run_forces(simd, &input, run, &mut fields));
     });
     let mut losses = LossSums::from_iter(&scratch.losses).total();
     scratch.end_tasks(span);
@@ -208,7 +208,7 @@ fn remove_cells(
         let input = input(pass, &scratch.frames);
         let mut energy = |broken_joints: &BrokenJoints| {
             dispatch!(scratch.level, simd => {
-                cell_energy(simd, input, at, broken_joints.get(at.pack, at.offset), &mut work)
+                cell_energy(simd, &input, at, broken_joints.get(at.pack, at.offset), &mut work)
             })
         };
         lost.add(energy(broken_joints));
@@ -232,7 +232,7 @@ pub(crate) fn internal_forces(
 #[simd]
 pub(super) fn run_forces<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     run: Range<usize>,
     (forces, (joints, on_neighbours)): &mut FirstPassFields<'_>,
 ) {
@@ -247,7 +247,7 @@ pub(super) fn run_forces<S: Simd>(
 #[simd]
 pub(super) fn pack_forces<S: Simd>(
     simd: S,
-    input: Input<'_>,
+    input: &Input<'_>,
     pack: usize,
     FirstPassPack { mut out, broken_joints, work }: FirstPassPack<'_>,
 ) {
@@ -265,7 +265,7 @@ pub(super) fn pack_forces<S: Simd>(
             Some(lattices) => &mut lattices[offset],
             None => &mut first,
         };
-        if broken.as_ref().map_or(tables[offset] != NO_TABLE, BrokenLattice::acts) {
+        if broken.as_deref().map_or(tables[offset] != NO_TABLE, BrokenLattice::acts) {
             joint(simd, input, JointLattice { pack, offset }, broken, &mut out, work);
         } else {
             clear(packs.numbering_of(&packs.packs[pack]), offset, out.neighbour_forces);

@@ -80,7 +80,7 @@ pub(super) fn sweep(
     let input = input(pass, frames);
     spread(packs, &runs, fields, &|run: Range<usize>, mut fields| {
         let Some(slab) = slab_of(&run) else { return };
-        dispatch!(level, simd => run_forces(simd, input, slab.edge..run.end, &mut fields));
+        dispatch!(level, simd => run_forces(simd, &input, slab.edge..run.end, &mut fields));
     });
     let viscous = context.has_viscous();
     let StepFields { forces, joints, on_neighbours, second, .. } =
@@ -151,7 +151,7 @@ fn run_sweep<S: Simd>(
             let mut pass = context.pass(u, v);
             pass.first = slab.packs.start;
             let input = input(pass, second.blocks.frames.get());
-            pack_forces(simd, input, index, joints.pack(&mut own, inner, packs, index));
+            pack_forces(simd, &input, index, joints.pack(&mut own, inner, packs, index));
         }
         let mut others = others;
         others.joints.forces = &*inner.forces;

@@ -141,7 +141,7 @@ fn failed_pair_removes_its_strips_and_corners() {
                     let mut lattice =
                         BrokenLattice::intact(packs, &packs.packs[pack], tables, 1 << d);
                     lattice.set_failed(node_pairs, p, lane);
-                    broken_joints.at(pack)[1 << d] = Some(lattice);
+                    broken_joints.at(pack)[1 << d] = Some(Box::new(lattice));
                     let found: BTreeSet<StripElement> =
                         broken_joints.strips_around_failures(packs, assembly).into_iter().collect();
                     assert_eq!(

@@ -46,7 +46,7 @@ pub struct BrokenLattice {
 }
 
 /// The broken joint lattices of a pack by offset.
-pub type BrokenLattices = Option<Box<[Option<BrokenLattice>; 8]>>;
+pub type BrokenLattices = Option<Box<[Option<Box<BrokenLattice>>; 8]>>;
 
 /// The broken joints of all packs.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -108,7 +108,7 @@ impl BrokenJoints {
                     lattice.alive.iter_mut().for_each(|alive| alive.0[lane] = 0.0);
                 }
                 lattice.update_areas(&packs.numbering_of(pack).pairs[d], section);
-                broken_joints.at(index)[1 << d] = Some(lattice);
+                broken_joints.at(index)[1 << d] = Some(Box::new(lattice));
             }
         }
         broken_joints
@@ -172,19 +172,21 @@ impl BrokenJoints {
     }
 
     /// Joint lattices of a pack, created if absent.
-    pub fn at(&mut self, pack: usize) -> &mut [Option<BrokenLattice>; 8] {
+    pub fn at(&mut self, pack: usize) -> &mut [Option<Box<BrokenLattice>>; 8] {
         self.packs[pack].get_or_insert_with(Box::default)
     }
 
     /// Broken joint lattice of a pack at an offset, if there is one.
     pub fn get(&self, pack: usize, offset: usize) -> Option<&BrokenLattice> {
-        self.packs[pack].as_ref()?[offset].as_ref()
+        self.packs[pack].as_ref()?[offset].as_deref()
     }
 
     /// Memory in use `[bytes]`.
     pub fn bytes(&self) -> usize {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
-        let own = |l: &BrokenLattice| l.alive.len() * size_of::<Lanes>() + l.points.bytes();
+        let own = |l: &Box<BrokenLattice>| {
+            size_of::<BrokenLattice>() + l.alive.len() * size_of::<Lanes>() + l.points.bytes()
+        };
         self.packs.len() * size_of::<BrokenLattices>() + lattices.map(own).sum::<usize>()
     }
 }

@@ -11,7 +11,7 @@ use ddem_mechanics::law::strengths::LaneLaws;
 use ddem_mechanics::law::{PointLoss, Traction};
 use ddem_mechanics::math::lanes::{
     LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times,
-    transposed_times,
+    transposed_times, zero,
 };
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
 use ddem_mesh::numbering::NodePair;
@@ -350,7 +350,14 @@ impl SinglePair<'_> {
 /// Axes of a joint in all lanes, as columns.
 #[inline(always)]
 pub(super) fn lane_axes<S: Simd>(simd: S, section: &JointSection) -> Matrix<S> {
-    [0, 1, 2].map(|i| [0, 1, 2].map(|j| splat(simd, section.axes[(i, j)])))
+    // A closure would be compiled without the instruction set.
+    let mut axes = [zero(simd); 3];
+    for (i, row) in axes.iter_mut().enumerate() {
+        for (j, number) in row.iter_mut().enumerate() {
+            *number = splat(simd, section.axes[(i, j)]);
+        }
+    }
+    axes
 }
 
 /// Elastic tractions for the vectors from the origins `[Pa]`.

@@ -50,7 +50,7 @@ impl BrokenJoints {
         for &StripElement { lattice: JointLattice { pack, offset }, element, lane } in cells {
             let tables = assembly.pack_tables[pack];
             let lattice = self.at(pack)[offset].get_or_insert_with(|| {
-                BrokenLattice::intact(packs, &packs.packs[pack], tables, offset)
+                Box::new(BrokenLattice::intact(packs, &packs.packs[pack], tables, offset))
             });
             lattice.alive[element].0[lane] = 0.0;
             let elements = assembly.tables[tables[offset] as usize].elements;

@@ -6,7 +6,6 @@ use super::*;
 use crate::model::conditions::FadingForces;
 use crate::model::problem::{HexMesh, JointElasticity, JointProperties, ProblemBuilder, Vec3};
 use crate::state::StageEntry;
-use ddem_joint::broken::BrokenLattice;
 use ddem_mechanics::element::Elastic;
 use ddem_mechanics::law::SpringStiffness;
 use ddem_mechanics::math::lanes::Lanes;
@@ -89,7 +88,7 @@ fn states_that_contradict_themselves() {
         &|state, _| state.broken_joints.packs.push(None),
         &|state, _| {
             let mut lattices = [const { None }; 8];
-            lattices[1] = Some(BrokenLattice::default());
+            lattices[1] = Some(Box::default());
             state.broken_joints.packs[0] = Some(Box::new(lattices));
         },
         &|state, _| state.contacts.travel.push(Lanes::ZERO),
