@@ -18,16 +18,16 @@ pub struct CellHexes {
 
 /// Numbers of the points of one cell.
 #[derive(Debug)]
-struct CellNodes {
-    vertices: Vec<u32>,
+pub(crate) struct CellNodes {
+    pub(crate) vertices: Vec<u32>,
     /// Edges with the lower vertex first, in increasing order.
-    edges: Vec<(u32, u32)>,
+    pub(crate) edges: Vec<(u32, u32)>,
     /// Number of the first point; vertices, edges, faces and the cell follow.
     first: u32,
 }
 
 impl CellNodes {
-    fn new(cell: &ConvexCell, first: u32) -> Self {
+    pub(crate) fn new(cell: &ConvexCell, first: u32) -> Self {
         let edges = cell.faces.iter().flat_map(CellFace::edges);
         let mut edges: Vec<(u32, u32)> = edges.filter(|(a, b)| a < b).collect();
         edges.sort_unstable();
@@ -44,14 +44,14 @@ impl CellNodes {
         self.first + (self.vertices.len() + position) as u32
     }
 
-    fn face(&self, face: usize) -> u32 {
+    pub(crate) fn face(&self, face: usize) -> u32 {
         self.first + (self.vertices.len() + self.edges.len() + face) as u32
     }
 }
 
 /// Part of a face at one of its corners.
 #[derive(Clone, Copy, Debug)]
-struct FaceCorner {
+pub(crate) struct FaceCorner {
     face: usize,
     before: u32,
     after: u32,
@@ -82,7 +82,12 @@ impl CellComplex {
         all
     }
 
-    fn add_points(&self, cell: &ConvexCell, nodes: &CellNodes, points: &mut Vec<Vector3<f64>>) {
+    pub(crate) fn add_points(
+        &self,
+        cell: &ConvexCell,
+        nodes: &CellNodes,
+        points: &mut Vec<Vector3<f64>>,
+    ) {
         let at = |vertex: u32| self.points()[vertex as usize];
         let mean = |vertices: &[u32]| {
             vertices.iter().fold(Vector3::zeros(), |sum, &vertex| sum + at(vertex))
@@ -96,7 +101,7 @@ impl CellComplex {
 }
 
 /// Parts of the faces at a vertex.
-fn corners(cell: &ConvexCell, vertex: u32) -> Vec<FaceCorner> {
+pub(crate) fn corners(cell: &ConvexCell, vertex: u32) -> Vec<FaceCorner> {
     let of_face = |(face, of): (usize, &CellFace)| {
         let n = of.corners.len();
         let i = of.corners.iter().position(|&corner| corner == vertex)?;
@@ -115,7 +120,7 @@ impl CellNodes {
 }
 
 /// Hexahedron at a vertex of three edges.
-fn corner_hex(
+pub(crate) fn corner_hex(
     corners: &[FaceCorner],
     nodes: &CellNodes,
     vertex: u32,

@@ -85,7 +85,9 @@ impl BuiltDeck {
 
     fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
-        let Cut { geometry, sets, mut selections } = geometry::cut(deck, &names)?;
+        let regions = !deck.region.is_empty();
+        let cut = if regions { rock::cut_rock(deck, &names) } else { geometry::cut(deck, &names) };
+        let Cut { geometry, sets, mut selections } = cut?;
         let (stages, excavated) = geometry::stages((deck, &names), Arc::new(geometry), &sets)?;
         selections.extend(excavated);
         let mut problem = Problem {

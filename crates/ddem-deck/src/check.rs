@@ -7,6 +7,7 @@ mod contact;
 mod history;
 mod matter;
 mod rock;
+mod rock_run;
 mod selection;
 mod stages;
 mod strength;
@@ -34,14 +35,7 @@ pub fn check(deck: &Deck) -> Vec<Fault> {
     contact::check(&deck.contact, &mut faults);
     matter::check(deck, &mut faults);
     rock::check(deck, &mut faults);
-    if !deck.region.is_empty() {
-        faults.add_help(
-            ErrorCode::NotSupported,
-            "region[0]",
-            "a deck with regions cannot be run yet: its blocks can only be cut",
-            "`ddem cut deck.toml` cuts them, lists them and draws them",
-        );
-    }
+    rock_run::check(deck, &mut faults);
     blocks::check(deck, &mut faults);
     conditions::check(deck, &mut faults);
     charge::check(deck, &mut faults);

@@ -42,8 +42,12 @@ pub struct ElementPack {
     pub edges: [[Lanes; 3]; 3],
     /// Stiffness of the four elements.
     pub table: ElementTable,
-    /// Index of the element in each lane.
+    /// Index of the element in each lane. Of a part only its material is that of this element.
     pub elements: [Option<u32>; LANES],
+    /// Deviations of the nodes from those of the parallelepipeds `[m]`; empty without any.
+    pub warp: Vec<[Lanes; 3]>,
+    /// Part of the inertia of each lane that has weight.
+    pub weight: Lanes,
 }
 
 /// Data shared by equal packs.
@@ -71,6 +75,11 @@ impl Assembly {
     pub fn new(geometry: &Geometry, packs: &Packs, properties: &Properties) -> Self {
         let mut assembly = Self::default();
         for pack in &packs.packs {
+            if geometry.part(pack.blocks[0] as usize).is_some() {
+                let tables = assembly.tables_of_parts(geometry, properties, pack);
+                assembly.pack_tables.push(tables);
+                continue;
+            }
             let is_box = geometry.lattice(pack.blocks[0] as usize).is_box();
             let tables = std::array::from_fn(|offset| {
                 let lanes = std::array::from_fn(|lane| {
@@ -111,7 +120,12 @@ impl Assembly {
         Some(self.element(edges, elastic, kind))
     }
 
-    fn element(&mut self, edges: [Vector3<f64>; 3], elastic: Elastic, kind: ElementKind) -> u32 {
+    pub(crate) fn element(
+        &mut self,
+        edges: [Vector3<f64>; 3],
+        elastic: Elastic,
+        kind: ElementKind,
+    ) -> u32 {
         let mut key = [0; 12];
         let constants = [elastic.lambda, elastic.shear, elastic.density];
         let numbers = edges.iter().flat_map(|e| e.iter()).chain(&constants);
@@ -136,7 +150,13 @@ impl Assembly {
         let edges = std::array::from_fn(|d| {
             std::array::from_fn(|k| Lanes(std::array::from_fn(|lane| shape(lane).edges[d][k])))
         });
-        self.tables.push(ElementPack { edges, table, elements: lanes });
+        self.tables.push(ElementPack {
+            edges,
+            table,
+            elements: lanes,
+            warp: Vec::new(),
+            weight: Lanes([1.0; LANES]),
+        });
         self.table_index.insert(lanes, self.tables.len() as u32 - 1);
         self.tables.len() as u32 - 1
     }
@@ -155,6 +175,7 @@ impl Assembly {
         &mut self,
         geometry: &Geometry,
         packs: &Packs,
+        properties: &Properties,
         sections: &JointSections,
         bonds: &[(usize, [f64; 4])],
     ) {
@@ -165,6 +186,10 @@ impl Assembly {
             for (offset, lane) in offsets.flat_map(|o| (0..pack.filled).map(move |l| (o, l))) {
                 let table = &self.tables[tables[offset] as usize];
                 let removed = geometry.is_removed(pack.blocks[lane] as usize);
+                if !removed && !table.warp.is_empty() {
+                    geometry.scatter_part(pack.blocks[lane] as usize, properties, &mut nodes);
+                    continue;
+                }
                 if let Some(element) = table.elements[lane].filter(|_| !removed) {
                     let element = &self.elements[element as usize];
                     scatter(geometry, packs, pack, offset, lane, element, &mut nodes);
@@ -180,10 +205,14 @@ impl Assembly {
         for pack in packs.packs.iter().filter(|pack| pack.rigid) {
             self.rigid.push(rigid_matter(geometry, pack, &mut nodes));
         }
+        let tied = tied(geometry, &nodes);
         let mut index = HashMap::new();
         for pack in &packs.packs {
-            let inertia =
-                Inertia::gather(geometry, packs.numbering_of(pack).divisions, pack, &nodes);
+            let divisions = packs.numbering_of(pack).divisions;
+            let mut inertia = Inertia::gather(geometry, divisions, pack, &nodes);
+            if !tied.is_empty() {
+                inertia.tie(geometry, pack, &tied);
+            }
             let key: Vec<u64> = inertia.numbers().map(f64::to_bits).collect();
             let list = &mut self.inertia;
             self.pack_inertia.push(*index.entry(key).or_insert_with(|| {
@@ -193,6 +222,24 @@ impl Assembly {
         }
         self.remove_joint_elements(packs);
     }
+}
+
+/// Mass of each node and its three diagonal stiffnesses, summed over the nodes that it is tied to;
+/// empty without ties.
+fn tied(geometry: &Geometry, nodes: &[[f64; 4]]) -> Vec<[f64; 4]> {
+    let mut groups = geometry.tied().peekable();
+    if groups.peek().is_none() {
+        return Vec::new();
+    }
+    let mut tied = nodes.to_vec();
+    for group in groups {
+        let mut sum = [0.0; 4];
+        for &node in &group {
+            (0..4).for_each(|k| sum[k] += nodes[node as usize][k]);
+        }
+        group.iter().for_each(|&node| tied[node as usize] = sum);
+    }
+    tied
 }
 
 /// Mass properties of the rigid blocks of a pack. The corners get equal masses, so that the
@@ -343,6 +390,16 @@ impl Element {
 impl ElementPack {
     /// Memory in use `[bytes]`.
     pub fn bytes(&self) -> usize {
-        size_of::<Self>() + self.table.bytes()
+        size_of::<Self>() + self.table.bytes() + size_of_val(&self.warp[..])
+    }
+
+    /// Volume of the elements of a block in one lane `[m³]`, from the element of a lattice and their
+    /// number.
+    pub fn volume(&self, lane: usize, elements: &[Element], cells: usize) -> f64 {
+        if let ElementTable::Hexahedra(tables) = &self.table {
+            return tables.iter().filter_map(|table| table.volume(lane)).sum();
+        }
+        let element = self.elements[lane].map(|element| &elements[element as usize]);
+        element.map_or(0.0, |element| cells as f64 * element.volume)
     }
 }

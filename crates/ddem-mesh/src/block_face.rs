@@ -1,7 +1,9 @@
 //! Faces of blocks.
 
+use std::collections::BTreeMap;
+
 use super::{Geometry, Vec3};
-use ddem_mechanics::collide::FaceId;
+use ddem_mechanics::collide::{FaceId, weights};
 
 /// Node of a face, sine of the angle between the edges of the face, and for each edge half the
 /// distances to the next nodes, down and up `[m]`. Their products are the area of the node.
@@ -68,6 +70,10 @@ impl BlockFace {
     #[must_use]
     pub fn at_rest(&self, geometry: &Geometry) -> RestFace {
         let lattice = geometry.lattice(self.block);
+        if lattice.part.is_some() {
+            let (normal, corners) = (self.outward(geometry), self.corners(geometry));
+            return RestFace { normal, corners, area: self.area(geometry), whole: corners };
+        }
         let cell = geometry.blocks[self.block].cell.map(|c| c as usize);
         let faces = lattice.faces(cell, self.face.direction);
         let [a, b, c, opposite] = faces[usize::from(self.face.upper)];
@@ -88,13 +94,21 @@ impl BlockFace {
     /// Area of the face `[m²]`.
     #[must_use]
     pub fn area(&self, geometry: &Geometry) -> f64 {
-        let [a, b, _, d] = self.corners(geometry);
+        let [a, b, c, d] = self.corners(geometry);
+        if geometry.part(self.block).is_some() {
+            return (c - a).cross(&(d - b)).norm() / 2.0;
+        }
         (b - a).cross(&(d - a)).norm()
     }
 
     /// Outward unit normal.
     #[must_use]
     pub fn outward(&self, geometry: &Geometry) -> Vec3 {
+        if geometry.part(self.block).is_some() {
+            // Corners follow each other from the first edge after the direction to the second one.
+            let [a, b, c, d] = self.corners(geometry);
+            return (c - a).cross(&(d - b)).normalize() * f64::from(self.face.side());
+        }
         let normal = geometry.lattice(self.block).normal(self.face.direction);
         normal * f64::from(self.face.side())
     }
@@ -113,10 +127,55 @@ impl BlockFace {
         })
     }
 
+    /// Integrals of the shape functions of the nodes of a face of a part `[m²]`.
+    #[must_use]
+    pub fn node_areas(&self, geometry: &Geometry) -> Vec<(u32, f64)> {
+        let topology = geometry.topology(self.block);
+        let (n, first) = (topology.divisions(), geometry.blocks[self.block].first_node);
+        let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
+        for element in (0..n).flat_map(|k| (0..n).map(move |i| [i, k])) {
+            let nodes = topology.quad(self.face, element);
+            let corners = nodes.map(|node| geometry.position(self.block, topology.steps(node)));
+            for (shape, area) in quad_points(&corners) {
+                for (node, n) in nodes.into_iter().zip(shape) {
+                    *areas.entry(first + node as u32).or_default() += n * area;
+                }
+            }
+        }
+        areas.into_iter().collect()
+    }
+
+    /// True if another block has all corners of the face tied to its own.
+    fn is_tied(&self, geometry: &Geometry) -> bool {
+        let others = |at: [usize; 3]| {
+            let tied = geometry.ties.with(geometry.node(self.block, at) as u32).iter();
+            let blocks = tied.map(|&node| geometry.block_of(node as usize));
+            blocks.filter(|&block| block != self.block && !geometry.is_removed(block))
+        };
+        let [first, rest @ ..] = self.steps(geometry);
+        others(first).any(|block| rest.iter().all(|&at| others(at).any(|other| other == block)))
+    }
+
     /// True if no block and no joint is on the other side.
     #[must_use]
     pub fn is_outer(&self, geometry: &Geometry) -> bool {
         geometry.beyond(self.block, self.face).is_none()
             && geometry.nonconforming(self.block, self.face.number()).is_none()
+            && !self.is_tied(geometry)
     }
+}
+
+/// Gauss points of an edge from 0 to 1.
+const POINTS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
+/// Shape functions of the corners of a quadrilateral at its four Gauss points, and their areas
+/// `[m²]`. Sums over them are exact for products of a shape function and a linear one.
+#[must_use]
+pub fn quad_points(corners: &[Vec3; 4]) -> [([f64; 4], f64); 4] {
+    std::array::from_fn(|at| {
+        let [s, t] = [POINTS[at % 2], POINTS[at / 2]];
+        let along = (corners[1] - corners[0]) * (1.0 - t) + (corners[2] - corners[3]) * t;
+        let across = (corners[3] - corners[0]) * (1.0 - s) + (corners[2] - corners[1]) * s;
+        (weights([s, t]), along.cross(&across).norm() / 4.0)
+    })
 }

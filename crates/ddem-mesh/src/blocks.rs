@@ -1,7 +1,7 @@
 //! Numbering, edges, faces and neighbours of blocks, as all higher modules use them.
 
 use super::topology::Topology;
-use super::{Geometry, Vec3};
+use super::{Geometry, PartShape, Vec3};
 use ddem_mechanics::collide::FaceId;
 
 impl Geometry {
@@ -15,6 +15,12 @@ impl Geometry {
     #[must_use]
     pub fn is_rigid(&self, block: usize) -> bool {
         self.lattice(block).rigid
+    }
+
+    /// Shape of a block that is a part of a cell.
+    #[must_use]
+    pub fn part(&self, block: usize) -> Option<&PartShape> {
+        self.lattice(block).part.as_deref()
     }
 
     fn cell(&self, block: usize) -> [usize; 3] {

@@ -24,6 +24,10 @@ pub fn connected(geometry: &Geometry, contacts: bool) -> Vec<usize> {
     for joint_pair in geometry.joined() {
         groups.join(joint_pair.blocks.map(|block| block as usize));
     }
+    for nodes in geometry.tied() {
+        let first = geometry.block_of(nodes[0] as usize);
+        nodes.iter().for_each(|&node| groups.join([first, geometry.block_of(node as usize)]));
+    }
     if contacts {
         let touching = || geometry.touching.iter().map(|&(a, b)| [a, b]);
         touching().for_each(|lattices| groups.join(lattices.map(|lattice| n + lattice)));

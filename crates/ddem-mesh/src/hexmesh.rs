@@ -260,6 +260,7 @@ impl MeshBlock {
             material: vec![material].into(),
             joint: [0; 3].map(|_| vec![NO_JOINT].into()),
             own_joint: [NO_JOINT; 3],
+            part: None,
         }
     }
 }

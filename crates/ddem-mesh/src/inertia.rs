@@ -13,6 +13,19 @@ pub struct Inertia {
     pub diagonal: Vec<Lanes>,
     /// Moments of the mass of each block.
     pub moments: Moments,
+    /// Sums over tied nodes, if a node of the pack may be tied.
+    pub tied: Option<TiedInertia>,
+}
+
+/// Masses and stiffnesses of the nodes of one pack, each summed over the nodes it is tied to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TiedInertia {
+    /// Mass of all tied nodes `[kg]`.
+    pub mass: Vec<Lanes>,
+    /// Diagonal of the assembled stiffness of all tied nodes, three numbers per node `[N/m]`.
+    pub diagonal: Vec<Lanes>,
+    /// Part of each node in that mass; 1 for a node that is not tied, 0 without mass.
+    pub share: Vec<Lanes>,
 }
 
 /// Moments of the mass of four blocks. Coordinates count elements from the centre of a block.
@@ -48,17 +61,48 @@ impl Inertia {
         let mass: Vec<Lanes> = (0..n).map(|local| pick(local, 0)).collect();
         let diagonal = (0..n).flat_map(|local| [1, 2, 3].map(|c| pick(local, c))).collect();
         let moments = Moments::new(divisions, &mass);
-        Self { mass, diagonal, moments }
+        Self { mass, diagonal, moments, tied: None }
+    }
+
+    /// Adds the sums over tied nodes. `tied` has mass and diagonal of each node.
+    pub(super) fn tie(&mut self, geometry: &Geometry, pack: &Pack, tied: &[[f64; 4]]) {
+        let Self { mass, diagonal, .. } = Self::gather(geometry, self.divisions(), pack, tied);
+        let share = |(own, all): (&Lanes, &Lanes)| {
+            let part = |own: f64, all: f64| if all > 0.0 { own / all } else { 0.0 };
+            Lanes(std::array::from_fn(|lane| part(own.0[lane], all.0[lane])))
+        };
+        let share = self.mass.iter().zip(&mass).map(share).collect();
+        self.tied = Some(TiedInertia { mass, diagonal, share });
+    }
+
+    fn divisions(&self) -> usize {
+        (1..).find(|n: &usize| (n + 1).pow(3) >= self.mass.len()).unwrap_or(1)
+    }
+
+    /// Mass that each node moves, that of tied nodes included `[kg]`.
+    #[inline]
+    #[must_use]
+    pub fn moved_mass(&self) -> &[Lanes] {
+        self.tied.as_ref().map_or(&self.mass, |tied| &tied.mass)
+    }
+
+    /// Diagonal of the assembled stiffness at each node, that of tied nodes included `[N/m]`.
+    #[inline]
+    #[must_use]
+    pub fn moved_diagonal(&self) -> &[Lanes] {
+        self.tied.as_ref().map_or(&self.diagonal, |tied| &tied.diagonal)
     }
 
     /// Memory in use `[bytes]`.
     pub fn bytes(&self) -> usize {
-        size_of::<Moments>() + (self.mass.len() + self.diagonal.len()) * size_of::<Lanes>()
+        let tied = if self.tied.is_some() { 5 * self.mass.len() } else { 0 };
+        size_of::<Moments>() + (self.mass.len() + self.diagonal.len() + tied) * size_of::<Lanes>()
     }
 
     /// Numbers that distinguish it from others.
     pub(super) fn numbers(&self) -> impl Iterator<Item = f64> + '_ {
-        let all = self.mass.iter().chain(&self.diagonal);
+        let tied = self.tied.iter().flat_map(|tied| tied.mass.iter().chain(&tied.diagonal));
+        let all = self.mass.iter().chain(&self.diagonal).chain(tied);
         all.flat_map(|lanes| lanes.0)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Pages, Vec3};
+use super::{Pages, PartShape, Vec3};
 
 /// Marker for a cell without a block.
 pub const NONE: u32 = u32::MAX;
@@ -42,6 +42,8 @@ pub struct Lattice {
     pub joint: [Arc<Vec<u16>>; 3],
     /// Joint of the set for each direction of the normal, also at its outer faces.
     pub own_joint: [u16; 3],
+    /// True shape of the block, if the lattice is a part of a cell.
+    pub part: Option<Arc<PartShape>>,
 }
 
 impl Lattice {

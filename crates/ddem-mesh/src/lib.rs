@@ -22,6 +22,7 @@ mod conforming;
 pub mod connected;
 mod facing;
 pub mod grid;
+mod hexahedra;
 mod hexmesh;
 pub mod in_situ;
 pub mod inertia;
@@ -32,13 +33,15 @@ pub mod numbering;
 pub mod pack;
 mod pages;
 pub mod parallel;
+mod part;
 pub mod properties;
 pub mod slot;
 mod stages;
 mod surface_point;
+mod ties;
 mod topology;
 
-pub use block_face::{BlockFace, RestFace, TributaryLengths};
+pub use block_face::{BlockFace, RestFace, TributaryLengths, quad_points};
 pub use cells::moved_to;
 pub use conforming::ConformingJoint;
 pub use conforming::faces;
@@ -47,8 +50,10 @@ pub use hexmesh::{HexMesh, MeshBlock, MeshError, MeshFaces};
 pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
 pub use nonconforming::{NonconformingFace, NonconformingJoint};
 pub use pages::Pages;
+pub use part::{PartShape, distorted};
 pub use stages::Stages;
 pub use surface_point::SurfacePoint;
+pub use ties::{TiedSlots, Ties};
 pub use topology::Topology;
 
 use std::sync::Arc;
@@ -98,6 +103,8 @@ pub struct Geometry {
     pub bounds: [Vec3; 2],
     /// Pairs of lattices without a gap between them.
     pub touching: Arc<Vec<(usize, usize)>>,
+    /// Nodes that move as one. Those of removed blocks are included.
+    pub ties: Arc<Ties>,
 }
 
 impl Geometry {
@@ -115,6 +122,7 @@ impl Geometry {
             unjoined_faces: Arc::default(),
             bounds,
             touching: Arc::default(),
+            ties: Arc::default(),
         };
         geometry.number();
         geometry
@@ -178,6 +186,11 @@ impl Geometry {
             + if blocks { 0 } else { size_of_val(&self.blocks[..]) }
             + if nonconforming_joints { 0 } else { size_of_val(&self.nonconforming_joints[..]) }
             + if nonconforming_joints { 0 } else { size_of_val(&self.by_face[..]) }
+            + if shared(|own, other| Arc::ptr_eq(&own.ties, &other.ties)) {
+                0
+            } else {
+                self.ties.bytes()
+            }
     }
 
     /// Number of a block's set.
@@ -251,6 +264,14 @@ impl Geometry {
     /// element nearest to the point.
     pub fn inside(&self, block: usize, x: &Vec3) -> (f64, [usize; 3]) {
         let n = self.topology(block).divisions() as f64;
+        if let Some(part) = self.part(block) {
+            let at = part.coordinates(x);
+            let inside = at.iter().map(|at| at.min(1.0 - at)).fold(f64::INFINITY, f64::min);
+            return (
+                inside,
+                at.map(|at| ((at * n - ON_FACE).ceil() - 1.0).clamp(0.0, n - 1.0) as usize),
+            );
+        }
         let from = self.position(block, [0; 3]);
         let (mut inside, mut element) = (f64::INFINITY, [0; 3]);
         for (d, element) in element.iter_mut().enumerate() {
@@ -277,6 +298,9 @@ impl Geometry {
     /// Reference position of the node at lattice steps `at` of a block `[m]`.
     pub fn position(&self, block: usize, at: [usize; 3]) -> Vec3 {
         let lattice = self.lattice(block);
+        if let Some(part) = &lattice.part {
+            return part.point(at.map(|at| at as f64 / lattice.divisions as f64));
+        }
         let cell = self.blocks[block].cell;
         lattice.point([0, 1, 2].map(|d| lattice.line(d, cell[d] as usize, at[d])))
     }

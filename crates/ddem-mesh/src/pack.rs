@@ -213,7 +213,14 @@ impl Packs {
     /// Number of lattices at the start of a list whose blocks share packs: lattices of one block each,
     /// with equal divisions and of the same kind; otherwise 1.
     fn alike(&self, lattices: &[Arc<Lattice>]) -> usize {
-        let kind = |lattice: &Lattice| (lattice.divisions, lattice.rigid, lattice.is_box());
+        let kind = |lattice: &Lattice| {
+            (
+                lattice.divisions,
+                lattice.rigid,
+                lattice.part.is_some() || lattice.is_box(),
+                lattice.part.is_some(),
+            )
+        };
         let first = &lattices[0];
         let like =
             |lattice: &&Arc<Lattice>| lattice.block.len() == 1 && kind(lattice) == kind(first);

@@ -7,9 +7,10 @@ use crate::state::pass::{Input, Output, Viscous, Workspace, half_work};
 use ddem_joint::kinematics::{
     ForceTarget, LocalFrame, NodePositions, give_forces, ordered_displacements,
 };
+use ddem_mechanics::element::corotation::minus_one;
 use ddem_mechanics::element::lattice::force;
 use ddem_mechanics::math::lanes::{
-    Lanes, Vector, add, cross, load, load_at, over_nodes, scale, splat, store_at, times,
+    Lanes, Matrix, Vector, add, cross, load, load_at, over_nodes, scale, splat, store_at, times,
     transposed_times, zero,
 };
 use ddem_mesh::in_situ::InSituLattice;
@@ -56,6 +57,9 @@ pub(crate) fn block<S: Simd>(
     let local_frame = LocalFrame::new(simd, rotation, &frame.mean, &table.edges);
     let nodes = local.as_chunks_mut::<3>().0;
     ordered_displacements(simd, &input.moved, Some(&local_frame), &run, part, nodes);
+    if !table.warp.is_empty() {
+        add_warp(simd, &rotation, &table.warp, nodes);
+    }
     force(simd, dims, &table.table, local, g);
     if let Some(initial_stress) = initial_stress {
         initial_stress.add(simd, None, g);
@@ -73,6 +77,16 @@ pub(crate) fn block<S: Simd>(
         *blocks = Lanes::from(energy(simd, initial_stress, local, g));
     }
     add_stiffness_damping(simd, input, index, out, work);
+}
+
+/// Adds the local displacements `(Rᵀ − 1) W` of nodes that deviate by W from the parallelepipeds.
+#[simd]
+fn add_warp<S: Simd>(simd: S, rotation: &Matrix<S>, warp: &[[Lanes; 3]], local: &mut [[Lanes; 3]]) {
+    let change = minus_one(simd, rotation);
+    for (local, warp) in local.iter_mut().zip(warp) {
+        let more = transposed_times(&change, load(simd, warp));
+        *local = add(load(simd, local), more).map(Lanes::from);
+    }
 }
 
 /// Subtracts the stiffness damping `R β K w` with `w = Rᵀ v` from the forces (§6), if it is in use.

@@ -10,6 +10,8 @@ use ddem_mechanics::math::lanes::{Lanes, add, load_at, scale, splat, store_at};
 #[derive(Clone, Copy)]
 pub(crate) struct External<'a> {
     pub(crate) gravity: [f64; 3],
+    /// Part of the masses that has weight, if it is not all.
+    pub(crate) weight: Option<Lanes>,
     pub(crate) loads: &'a [NodalLoad],
     pub(crate) factors: &'a [f64],
 }
@@ -29,7 +31,10 @@ pub(crate) fn apply<S: Simd>(
         return false;
     }
     if has_gravity {
-        let gravity = external.gravity.map(|g| splat(simd, g));
+        let mut gravity = external.gravity.map(|g| splat(simd, g));
+        if let Some(weight) = external.weight {
+            gravity = scale(gravity, weight.load(simd));
+        }
         for (node, mass) in mass.iter().enumerate() {
             store_at(q, 3 * node, scale(gravity, mass.load(simd)));
         }

@@ -29,8 +29,9 @@ impl Supports<'_> {
             let (at, lane) = (support.at as usize - self.first, support.lane as usize);
             let target = self.velocities[support.fix as usize][support.axis as usize];
             let (now, force) = (v[at].0[lane], f[at].0[lane]);
-            *reaction = motion.force_for(now, target, coefficients.at(at, lane)) - force;
-            f[at].0[lane] = force + *reaction;
+            let whole = motion.force_for(now, target, coefficients.at(at, lane)) - force;
+            f[at].0[lane] = force + whole;
+            *reaction = whole / support.copies;
         }
     }
 

@@ -17,8 +17,7 @@ impl Model {
         let cells: usize =
             self.packs.numbering_of(&self.packs.packs[pack]).dims(0).iter().product();
         let table = &self.assembly.tables[self.assembly.pack_tables[pack][0] as usize];
-        let element = table.elements[lane].map(|element| &self.assembly.elements[element as usize]);
-        element.map_or(0.0, |element| cells as f64 * element.volume)
+        table.volume(lane, &self.assembly.elements, cells)
     }
 
     /// Numbers of the hex8 elements of a block.

@@ -7,10 +7,10 @@ use super::contacts::at_bonds;
 use crate::model::conditions::{FadingForces, ForceFading, LoadPattern};
 use crate::model::sliding::SlidingDamping;
 use ddem_joint::contact::ContactModel;
-use ddem_mesh::Geometry;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::in_situ::InSitu;
 use ddem_mesh::joint_sections::JointSections;
+use ddem_mesh::{Geometry, TiedSlots};
 
 impl Model {
     /// Geometries that come into force on the way from one stage to another, with their stages.
@@ -98,7 +98,8 @@ impl Model {
         self.assembly = Assembly::new(geometry, packs, properties);
         let contact = self.contact.as_ref();
         let bonds = at_bonds(properties, geometry, contact, &self.bonded_patches);
-        self.assembly.assemble(geometry, packs, &self.sections, &bonds);
+        self.assembly.assemble(geometry, packs, properties, &self.sections, &bonds);
+        self.ties = TiedSlots::new(geometry, packs);
         let ratio = properties.contact.damping_ratio();
         self.sliding =
             SlidingDamping::new(&self.laws, contact, ratio, geometry, packs, &self.assembly);

@@ -34,14 +34,14 @@ use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::{BondedPatch, ContactModel, JointLookup, bonded_patches};
 use ddem_mechanics::element::Elastic;
 use ddem_mechanics::law::Laws;
-use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::assembly::{Assembly, NO_TABLE};
 use ddem_mesh::in_situ::InSitu;
 use ddem_mesh::joint_sections::{JointSection, JointSections};
 use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::{Kinematics, Properties};
 use ddem_mesh::slot::NodeSlot;
-use ddem_mesh::{ConformingJoint, Geometry, Stages, faces};
+use ddem_mesh::{ConformingJoint, Geometry, Stages, TiedSlots, faces};
 
 /// Number of crossings of the model's diagonal by a charge's waves before joints and contacts are
 /// damped again.
@@ -54,6 +54,8 @@ pub struct Model {
     /// Geometries of all stages.
     pub(crate) stages: Stages,
     pub(crate) packs: Packs,
+    /// Nodes that move as one.
+    pub(crate) ties: TiedSlots,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
     pub(crate) boundaries: Boundaries,
@@ -95,15 +97,17 @@ impl Model {
             bonded_patches(contact, &properties, &geometry, &packs, first, stresses)
         });
         let bonds = at_bonds(&properties, &geometry, contact.as_ref(), &bonded_patches);
-        assembly.assemble(&geometry, &packs, &sections, &bonds);
+        assembly.assemble(&geometry, &packs, &properties, &sections, &bonds);
         let ratio = properties.contact.damping_ratio();
         let sliding =
             SlidingDamping::new(&laws, contact.as_ref(), ratio, &geometry, &packs, &assembly);
         let geometries = StageGeometry { now: &geometry, start: &geometry, packs: &packs };
         boundaries.note_damping(geometries, &assembly);
         let in_situ = InSitu::new(stresses.clone(), &geometry, &packs, &assembly);
+        let ties = TiedSlots::new(&geometry, &packs);
         Self {
             packs,
+            ties,
             assembly,
             conditions,
             boundaries,
@@ -298,6 +302,7 @@ impl Model {
             + tables
             + inertia
             + self.in_situ.as_ref().map_or(0, InSitu::bytes)
+            + self.ties.bytes()
     }
 
     /// Lumped mass of a node `[kg]`, eq. (3).
@@ -338,10 +343,9 @@ impl Model {
             for offset in (0..8).filter(|&offset| tables[offset] != NO_TABLE) {
                 let table = &self.assembly.tables[tables[offset] as usize];
                 let cells: usize = self.packs.numbering_of(pack).dims(offset).iter().product();
-                for element in table.elements.iter().flatten() {
-                    let kind = (offset as u32).count_ones() as usize;
-                    volumes[kind] +=
-                        cells as f64 * self.assembly.elements[*element as usize].volume;
+                let kind = (offset as u32).count_ones() as usize;
+                for lane in (0..LANES).filter(|&lane| table.elements[lane].is_some()) {
+                    volumes[kind] += table.volume(lane, &self.assembly.elements, cells);
                 }
             }
         }

@@ -29,8 +29,9 @@ pub use ddem_mesh::properties::{
 };
 pub use ddem_mesh::{
     Block, BlockFace, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES, MeshBlock,
-    MeshError, MeshFaces, NO_JOINT, NONE, NonconformingFace, NonconformingJoint, Pages, RestFace,
-    SLIVER, Stages, Topology, TributaryLengths, Vec3, bounds, bounds_of, faces, moved_to,
+    MeshError, MeshFaces, NO_JOINT, NONE, NonconformingFace, NonconformingJoint, Pages, PartShape,
+    RestFace, SLIVER, Stages, Ties, Topology, TributaryLengths, Vec3, bounds, bounds_of, distorted,
+    faces, moved_to,
 };
 
 use std::sync::Arc;

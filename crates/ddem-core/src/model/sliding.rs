@@ -45,6 +45,10 @@ impl SlidingDamping {
                 let block = pack.blocks[lane] as usize;
                 let table = &assembly.tables[assembly.pack_tables[index][0] as usize];
                 let Some(element) = table.elements[lane] else { continue };
+                // The parts of a cell have no rigid motion of their own.
+                if geometry.part(block).is_some() {
+                    continue;
+                }
                 let elastic = &assembly.elements[element as usize].elastic;
                 rates.0[lane] = 2.0 * ratio * slowest(geometry, block, elastic);
             }

@@ -5,6 +5,8 @@ use std::ops::Range;
 use nalgebra::Matrix3;
 
 use super::Snapshot;
+use ddem_mechanics::element::hexahedron::HexahedronTable;
+use ddem_mechanics::element::table::ElementTable;
 use ddem_mechanics::element::{Elastic, principal};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::in_situ::Stress;
@@ -22,6 +24,8 @@ pub(crate) struct StressSource<'a> {
     /// In-situ stress, and centre of the first element.
     in_place: Option<(Stress, Vec3)>,
     edges: [Vec3; 3],
+    /// Elements of a part of a cell, and their centres `[m]`.
+    part: Option<(&'a [HexahedronTable], Vec<Vec3>)>,
 }
 
 pub(super) fn stress(snapshot: &Snapshot<'_>, range: Range<usize>, out: &mut [f64]) {
@@ -78,7 +82,21 @@ impl Snapshot<'_> {
                 (stress, (model.geometry.position(block, [0; 3]) + far) / 2.0)
             }),
             edges: element.edges,
+            part: match &table.table {
+                ElementTable::Hexahedra(tables) => Some((tables, self.centres(block))),
+                _ => None,
+            },
         })
+    }
+
+    /// Means of the corners of the elements of a block with an in-situ stress `[m]`; none without.
+    fn centres(&self, block: usize) -> Vec<Vec3> {
+        let geometry = &self.model.geometry;
+        if self.model.in_situ.as_ref().and_then(|in_situ| in_situ.of(block)).is_none() {
+            return Vec::new();
+        }
+        let centre = |element| geometry.element_corners(block, element).iter().sum::<Vec3>() / 8.0;
+        (0..geometry.topology(block).elements()).map(centre).collect()
     }
 
     fn rotation(&self, pack: usize, lane: usize) -> Matrix3<f64> {
@@ -93,6 +111,10 @@ impl Snapshot<'_> {
 impl StressSource<'_> {
     /// Implements [`Simulation::stress`](crate::Simulation::stress).
     pub(super) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
+        if let Some((tables, _)) = &self.part {
+            let turned = self.rotation * self.part_stress(tables, at) * self.rotation.transpose();
+            return COMPONENTS.map(|at| turned[at]);
+        }
         // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
         let mut gradient = Matrix3::zeros();
         for corner in 0..8 {
@@ -108,6 +130,16 @@ impl StressSource<'_> {
         COMPONENTS.map(|at| turned[at])
     }
 
+    /// Mean stress of an element of a part of a cell in the frame of the block `[Pa]`.
+    fn part_stress(&self, tables: &[HexahedronTable], at: [usize; 3]) -> Matrix3<f64> {
+        let element = self.topology.element(at);
+        let u = self
+            .topology
+            .hex(element)
+            .map(|node| Vec3::from([0, 1, 2].map(|c| self.u[3 * node + c].0[self.lane])));
+        self.own(at, &tables[element].mean_gradient(self.lane, &u))
+    }
+
     /// Stress `σ⁰ + C : sym(Rᵀ F − 1)` from `∂u/∂X`, in the frame of the block `[Pa]`.
     fn own(&self, at: [usize; 3], gradient: &Matrix3<f64>) -> Matrix3<f64> {
         let local = self.rotation.tr_mul(&(Matrix3::identity() + gradient)) - Matrix3::identity();
@@ -115,6 +147,9 @@ impl StressSource<'_> {
             self.elastic.stress(&[0, 1, 2].map(|i| [0, 1, 2].map(|k| local[(i, k)])));
         let own = Matrix3::new(xx, xy, zx, xy, yy, yz, zx, yz, zz);
         self.in_place.map_or(own, |(stress, first)| {
+            if let Some((_, centres)) = &self.part {
+                return own + stress.at(&centres[self.topology.element(at)]);
+            }
             let steps = self.edges.iter().zip(at).map(|(edge, steps)| edge * steps as f64);
             own + stress.at(&(first + steps.sum::<Vec3>()))
         })
@@ -123,6 +158,10 @@ impl StressSource<'_> {
     /// Least and largest principal stress of an element `[Pa]`. They take a third of the work of
     /// the whole stress, because they do not depend on the rotation of the block.
     pub(crate) fn range(&self, at: [usize; 3]) -> [f64; 2] {
+        if let Some((tables, _)) = &self.part {
+            let own = self.part_stress(tables, at);
+            return principal(&COMPONENTS.map(|at| own[at]));
+        }
         let first = self.topology.node(at);
         let mut differences = [[0.0; 3]; 3];
         for corner in 0..8 {

@@ -10,7 +10,7 @@ use crate::model::stage::{Damping, TimeStep, allow_motion};
 use crate::state::motion::Motion;
 use crate::state::profile::Phase;
 use crate::step::timestep::largest_eigenvalue;
-use ddem_joint::contact::{AddedStiffness, ContactSurfaces, bound};
+use ddem_joint::contact::{AddedStiffness, ContactSurfaces, bound, bounds_at_nodes};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::StepSums;
 
@@ -107,6 +107,12 @@ impl Simulation {
         let own = || ContactSurfaces::new(&model.properties, &model.laws, &model.geometry);
         let surfaces =
             contact_model.map_or_else(|| Cow::Owned(own()), |s| Cow::Borrowed(&s.surfaces));
+        let bonds = match contact_model {
+            Some(contact) if !model.ties.is_empty() => {
+                bounds_at_nodes(&model.bonded_patches, &contact.blocks, geometry)
+            }
+            _ => Vec::new(),
+        };
         let added = (contact_model.is_some() || ratio > 0.0).then(|| {
             AddedStiffness::new(
                 &surfaces,
@@ -115,6 +121,7 @@ impl Simulation {
                 assembly,
                 contact_model.is_some(),
                 ratio,
+                &bonds,
             )
         });
         let mut broken_joints = model.tangent(broken);

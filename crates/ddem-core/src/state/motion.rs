@@ -95,7 +95,8 @@ impl Motion {
         interval: f64,
     ) -> Self {
         let damping_of = |inertia: &Inertia, i: usize, lane: usize| {
-            let (m, k) = (inertia.mass[i / 3].0[lane], inertia.diagonal[i].0[lane]);
+            let m = inertia.moved_mass()[i / 3].0[lane];
+            let k = inertia.moved_diagonal()[i].0[lane];
             let c = match damping {
                 Damping::Ratio(zeta) => 2.0 * zeta * (m * k).sqrt(),
                 Damping::Mass(alpha) => alpha * m,

@@ -8,7 +8,7 @@ use crate::state::State;
 use crate::state::motion::{Coefficients, Motion};
 use crate::state::pass::Viscous;
 use crate::state::view::StageView;
-use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::pack::Pack;
 
 /// Model, conditions and settings of a step.
@@ -102,7 +102,8 @@ impl<'a> Context<'a> {
     /// needs nothing from packs that come after it but their positions.
     pub(super) fn is_unbreakable(&self) -> bool {
         let fails = self.failure_divisor.is_some() && self.model.laws.iter().any(Option::is_some);
-        !fails && self.model.contact.is_none() && !self.energies
+        let alone = self.model.contact.is_none() && self.model.ties.is_empty();
+        !fails && alone && !self.energies
     }
 
     pub(super) fn has_viscous(&self) -> bool {
@@ -124,6 +125,10 @@ pub(super) struct PackContext<'a> {
     pub(super) class: &'a Coefficients,
     /// Masses of its nodes `[kg]`.
     pub(super) mass: &'a [Lanes],
+    /// Part of these masses that has weight, if it is not all.
+    pub(super) weight: Option<Lanes>,
+    /// Part of each node in the mass that is tied to it, if nodes are tied.
+    pub(super) share: Option<&'a [Lanes]>,
     pub(super) supports: Supports<'a>,
     pub(super) dashpots: Dashpots<'a>,
 }
@@ -145,6 +150,8 @@ impl<'a> PackContext<'a> {
             divisions: model.packs.numbering_of(pack).divisions,
             class: &step.motion.classes[class],
             mass: &model.assembly.inertia[class].mass,
+            weight: pack_weight(model, index),
+            share: model.assembly.inertia[class].tied.as_ref().map(|tied| &tied.share[..]),
             supports: Supports { list: &conditions.supports[own], velocities, first },
             dashpots: Dashpots { list, boundary_forces, velocities, first },
         }
@@ -158,4 +165,10 @@ impl<'a> PackContext<'a> {
     pub(super) fn side(&self) -> usize {
         self.divisions + 1
     }
+}
+
+/// Part of the masses of a pack that has weight, if it is not all.
+fn pack_weight(model: &Model, index: usize) -> Option<Lanes> {
+    let table = model.assembly.tables.get(model.assembly.pack_tables[index][0] as usize)?;
+    Some(table.weight).filter(|weight| *weight != Lanes([1.0; LANES]))
 }

@@ -112,6 +112,9 @@ fn second_pass(
     scratch: &mut Scratch,
 ) -> StepSums {
     let span = scratch.profiler.begin();
+    if !context.model.ties.is_empty() {
+        sum_ties(context, motions.read(), contacts, scratch);
+    }
     let viscous = context.has_viscous();
     let StepFields { forces, on_neighbours, second, runs, level, .. } =
         scratch.second(context.view, viscous, motions, &mut []);
@@ -127,6 +130,46 @@ fn second_pass(
     let sums = StepSums::total(&scratch.sums);
     scratch.profiler.end(span, Phase::Nodes);
     sums
+}
+
+/// Completes the forces on all packs and sums them over tied nodes.
+fn sum_ties(
+    context: Context<'_>,
+    motions: StateMotion<'_>,
+    contacts: &Contacts,
+    scratch: &mut Scratch,
+) {
+    let StepFields { forces, on_neighbours, second, runs, level, .. } =
+        scratch.second(context.view, context.has_viscous(), motions, &mut []);
+    let others = ForcesOfOthers { joints: NeighbourForces::all(on_neighbours), contacts };
+    spread(
+        &context.model.packs,
+        runs,
+        (forces, second),
+        &|run, mut fields: SecondPassFields<'_>| {
+            dispatch!(level, simd => run_collect(simd, context, others, run, &mut fields));
+        },
+    );
+    scratch.sum_ties(context.model);
+}
+
+/// Completes the forces on some packs.
+#[simd]
+fn run_collect<S: Simd>(
+    simd: S,
+    context: Context<'_>,
+    others: ForcesOfOthers<'_>,
+    run: Range<usize>,
+    (forces, second): &mut SecondPassFields<'_>,
+) {
+    for index in run {
+        let pack = PackContext::new(context, index);
+        let viscous = context.is_viscous(index);
+        let mut part = second.pack(forces, &context.model.packs, index, viscous);
+        nodes::collect(simd, &pack, others, &mut part);
+        nodes::find_loads(simd, &pack, &mut part);
+        nodes::add_loads(simd, &pack, &mut part);
+    }
 }
 
 /// Completes the forces on some packs and moves them.
@@ -154,8 +197,15 @@ fn move_pack<S: Simd>(
     others: ForcesOfOthers<'_>,
     mut part: PackFields<'_>,
 ) {
-    nodes::collect(simd, pack, others, &mut part);
-    nodes::add_loads(simd, pack, &mut part);
+    // With ties the forces are complete already.
+    let complete = !pack.step.model.ties.is_empty();
+    if !complete {
+        nodes::collect(simd, pack, others, &mut part);
+    }
+    nodes::find_loads(simd, pack, &mut part);
+    if !complete {
+        nodes::add_loads(simd, pack, &mut part);
+    }
     if pack.is_rigid() {
         rigid::react(pack, &mut part);
     } else {

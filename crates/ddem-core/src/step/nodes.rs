@@ -30,12 +30,12 @@ pub(super) fn collect<S: Simd>(
     }
 }
 
-/// Adds loads, boundary forces that do not depend on the motion, and the forces due to the
-/// derivative of R, which balance the torque.
+/// Finds the loads on the nodes, and boundary forces that do not depend on the motion.
 #[simd]
-pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+pub(super) fn find_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let external = External {
         gravity: pack.step.gravity,
+        weight: pack.weight,
         loads: pack.step.view.conditions.loads_of(pack.index),
         factors: &pack.step.view.factors,
     };
@@ -47,6 +47,11 @@ pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
         pack.dashpots.add_boundary_forces(part.q);
         part.loaded = true;
     }
+}
+
+/// Adds the loads, and the forces due to the derivative of R, which balance the torque.
+#[simd]
+pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let loads = part.loaded.then_some(&*part.q);
     let (model, index) = (pack.step.model, pack.index);
     if model.corotational() && !pack.is_rigid() {
@@ -80,10 +85,12 @@ pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &m
     let (nodes, velocities) = (part.f.as_chunks::<3>().0, v.as_chunks::<3>().0);
     for (number, (f, v)) in nodes.chunks(row).zip(velocities.chunks(row)).enumerate() {
         for (node, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
+            let share = share_of(simd, pack.share, node);
             for c in 0..3 {
                 let (f, v) = (f[c].load(simd), v[c].load(simd));
-                tally.add(Sum::Free, c, f * f);
-                tally.add(Sum::Power, c, f * v);
+                let shared = f * share;
+                tally.add(Sum::Free, c, f * shared);
+                tally.add(Sum::Power, c, shared * v);
                 if part.loaded {
                     let power = part.q[3 * node + c].load(simd) * v;
                     tally.add(Sum::LoadsBefore, c, power);
@@ -99,6 +106,12 @@ pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &m
     *part.sums = sums;
 }
 
+/// Part of a node in the sums over its tied nodes; 1 without ties, which changes no bit.
+#[inline(always)]
+fn share_of<S: Simd>(simd: S, shares: Option<&[Lanes]>, node: usize) -> f64x4<S> {
+    shares.map_or(splat(simd, 1.0), |shares| shares[node].load(simd))
+}
+
 /// Advances velocities by (M2), then displacements. An evaluation computes the sums only, including
 /// those of energy.
 #[simd]
@@ -106,7 +119,7 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     let motion = pack.step.motion;
     let damped = motion.is_damped() || part.is_viscous();
     let energy = matches!(part.blocks.v, Access::Read(_)) || motion.changes();
-    let unusual = energy || motion.local != 0.0 || part.is_viscous();
+    let unusual = energy || motion.local != 0.0 || part.is_viscous() || pack.share.is_some();
     let PackFields {
         blocks, f, viscous, sums, reactions, dashpot_forces, q, buffer, loaded, ..
     } = part;
@@ -181,6 +194,10 @@ fn accelerate<S: Simd, const N: usize>(
         let loads = forces.loads.filter(|_| N >= LOADED).map(of);
         let viscous = (all && !forces.viscous.is_empty()).then(|| of(forces.viscous));
         for (node, v) in v.as_chunks_mut::<3>().0.iter_mut().enumerate() {
+            let mut share = splat(simd, 1.0);
+            if all {
+                share = share_of(simd, pack.share, number * row / 3 + node);
+            }
             for c in 0..3 {
                 let (old, force) = (v[c].load(simd), f[node][c].load(simd));
                 let mut damping_force = splat(simd, 0.0);
@@ -190,9 +207,12 @@ fn accelerate<S: Simd, const N: usize>(
                 let numbers = [a[node][c].load(simd), b[node][c].load(simd)];
                 let new = advanced(numbers, old, force - damping_force);
                 v[c] = Lanes::from(new);
-                tally.add(Sum::Free, c, force * force);
+                tally.add(Sum::Free, c, if all { force * force * share } else { force * force });
                 if N >= DAMPED {
                     damping_force += damping[node][c].load(simd) * ((old + new) * 0.5);
+                    if all {
+                        damping_force *= share;
+                    }
                     if let Some(viscous) = viscous {
                         damping_force += viscous[node][c].load(simd);
                     }

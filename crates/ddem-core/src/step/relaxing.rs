@@ -61,17 +61,21 @@ fn run_relaxing<S: Simd>(
         let q = &mut q[..u.len()];
         preconditioner::accelerations(simd, model, poses, preconditioner, index, f, q);
         let row = packs.numbering_of(pack).divisions + 1;
+        let class = model.assembly.pack_inertia[index] as usize;
+        let shares = model.assembly.inertia[class].tied.as_ref().map(|tied| &tied.share[..]);
         let mut tally = NodeSums::<S, { Sum::Moved as usize + 1 }>::new(simd);
         let mut fastest = splat(simd, 0.0);
         let rows = u.as_chunks_mut::<3>().0.chunks_mut(row);
         let velocities = v.as_chunks_mut::<3>().0.chunks_mut(row);
         for (number, (u, v)) in rows.zip(velocities).enumerate() {
             for (node, (u, v)) in (number * row..).zip(u.iter_mut().zip(v)) {
+                let share = shares.map_or(splat(simd, 1.0), |shares| shares[node].load(simd));
                 for c in 0..3 {
                     let at = 3 * node + c;
                     let new = a * v[c].load(simd) + b * q[at].load(simd);
-                    tally.add(Sum::Power, c, f[nodes.start + at].load(simd) * new);
-                    tally.add(Sum::Moved, c, new * new);
+                    let shared = new * share;
+                    tally.add(Sum::Power, c, f[nodes.start + at].load(simd) * shared);
+                    tally.add(Sum::Moved, c, new * shared);
                     fastest = fastest.max(new.abs());
                     v[c] = Lanes::from(new);
                     u[c] = Lanes::from(u[c].load(simd) + new);

@@ -52,11 +52,13 @@ pub(crate) fn largest_eigenvalue(
     let operator = Operator {
         model,
         roots: inverse_roots(model, mass),
+        returns: tied_returns(model),
         blocks: RigidModes::new(model),
         added,
     };
     let n = 3 * model.packs.nodes;
     let mut q = start(model, n);
+    operator.tie(&mut q, scratch);
     let mut before = vec![Lanes::ZERO; n];
     let mut scaled = vec![Lanes::ZERO; n];
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
@@ -106,12 +108,46 @@ struct Operator<'a> {
     model: &'a Model,
     /// Inverse roots `m^{-½}` of the masses of the nodes of equal packs.
     roots: Vec<Vec<Lanes>>,
+    /// Square roots of the parts of the nodes in the masses that are tied to them, divided by those
+    /// masses' roots, by inertia; empty for equal packs without ties. A tied node has the value of all
+    /// times the root of its part, so that sums count it once.
+    returns: Vec<Vec<Lanes>>,
     blocks: RigidModes,
     /// Stiffness over mass of each node in addition to K `[1/s²]`; empty if there is none.
     added: &'a [Lanes],
 }
 
 impl Operator<'_> {
+    /// Makes the values of tied nodes those of one node.
+    fn tie(&self, q: &mut [Lanes], scratch: &mut Scratch) {
+        if self.model.ties.is_empty() {
+            return;
+        }
+        // Any values in the ratios √m_i of the copies are those of one node.
+        self.scale(q, &mut scratch.f);
+        scratch.sum_ties(self.model);
+        let square = over_packs(self.model, [q], |pack, range, [q]| {
+            let f = &scratch.f[range];
+            let factors = self.factors(pack);
+            let mut own = 0.0;
+            for ((q, f), factor) in q.iter_mut().zip(f).zip(factors) {
+                for lane in 0..LANES {
+                    q.0[lane] = f.0[lane] * factor.0[lane];
+                    own += q.0[lane] * q.0[lane];
+                }
+            }
+            own
+        });
+        let norm = square.sqrt();
+        q.iter_mut().for_each(|q| q.0.iter_mut().for_each(|x| *x /= norm));
+    }
+
+    /// Factors from forces to products with the operator.
+    fn factors(&self, pack: usize) -> &[Lanes] {
+        let returns = &self.returns[self.model.assembly.pack_inertia[pack] as usize];
+        if returns.is_empty() { self.root(pack) } else { returns }
+    }
+
     fn root(&self, pack: usize) -> &[Lanes] {
         &self.roots[self.model.assembly.pack_inertia[pack] as usize]
     }
@@ -137,7 +173,7 @@ impl Operator<'_> {
             if self.model.packs.packs[pack].rigid {
                 self.blocks.resultants(self.model, pack, f);
             }
-            for (i, (at, r)) in range.zip(self.root(pack)).enumerate() {
+            for (i, (at, r)) in range.zip(self.factors(pack)).enumerate() {
                 for lane in 0..LANES {
                     let more = self.added.get(at / 3).map_or(0.0, |more| more.0[lane]);
                     let product = more * q[at].0[lane] - f[i].0[lane] * r.0[lane];
@@ -248,6 +284,19 @@ fn inverse_roots(model: &Model, mass: &dyn Fn(&Inertia, usize, usize) -> f64) ->
     roots
 }
 
+/// Factors of tied nodes as in [`Operator`], `√m_i / M` with the mass `M` of all of them.
+fn tied_returns(model: &Model) -> Vec<Vec<Lanes>> {
+    let class = |inertia: &Inertia| {
+        let Some(tied) = &inertia.tied else { return Vec::new() };
+        let factor = |(own, all): (&Lanes, &Lanes)| {
+            let of = |own: f64, all: f64| if all > 0.0 { own.sqrt() / all } else { 0.0 };
+            [Lanes(std::array::from_fn(|lane| of(own.0[lane], all.0[lane]))); 3]
+        };
+        inertia.mass.iter().zip(&tied.mass).flat_map(factor).collect()
+    };
+    model.assembly.inertia.iter().map(class).collect()
+}
+
 /// Unit vector that favours no mode: numbers of a fixed sequence for each pack, 0 in lanes without
 /// a block.
 fn start(model: &Model, n: usize) -> Vec<Lanes> {
@@ -329,11 +378,14 @@ pub(crate) fn largest_clustered(
             dispatch!(level, simd => accelerations(simd, model, None, preconditioner, pack, f, next));
             *sums = [0.0; 3];
             let f = &f[node_start(&model.packs, pack)..];
-            for ((f, x), next) in f.iter().zip(x).zip(next) {
+            let class = model.assembly.pack_inertia[pack] as usize;
+            let shares = model.assembly.inertia[class].tied.as_ref().map(|tied| &tied.share);
+            for (at, ((f, x), next)) in f.iter().zip(x).zip(next).enumerate() {
                 for lane in 0..LANES {
                     let (y, m) = (-f.0[lane], -next.0[lane]);
-                    sums[0] += y * m;
-                    sums[1] += y * x.0[lane];
+                    let shared = shares.map_or(y, |shares| y * shares[at / 3].0[lane]);
+                    sums[0] += shared * m;
+                    sums[1] += shared * x.0[lane];
                     sums[2] = f64::max(sums[2], m.abs());
                     x.0[lane] = m;
                 }

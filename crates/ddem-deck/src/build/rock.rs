@@ -1,8 +1,10 @@
 //! Regions of rock: from a deck to cells.
 
+mod blocks;
 mod cuts;
 mod shape;
 
+pub(in crate::build) use blocks::cut as cut_rock;
 pub(crate) use shape::parts;
 
 use ddem_core::{ErrorCode, Fault, ModelError};

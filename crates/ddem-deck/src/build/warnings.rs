@@ -56,12 +56,13 @@ impl BuiltDeck {
         let geometry = self.at_stage(None);
         let there: HashSet<usize> =
             (0..geometry.blocks.len()).map(|block| geometry.set(block)).collect();
-        let empty = (0..self.deck.blocks.len()).filter(move |set| !there.contains(set));
+        let empty = (0..self.deck.set_names().len()).filter(move |set| !there.contains(set));
         empty.map(|set| {
             let message =
                 format!("`[[remove]]` removes all blocks of set `{}`", self.deck.set_name(set));
             let help = "`set` in its `where` limits it to one set";
-            Diagnostic::warning(Code::EmptySet, format!("blocks[{set}]"), message, help)
+            let section = if self.deck.region.is_empty() { "blocks" } else { "region" };
+            Diagnostic::warning(Code::EmptySet, format!("{section}[{set}]"), message, help)
         })
     }
 

@@ -25,8 +25,7 @@ impl Where {
 
 /// Checks a `where` of a deck.
 pub(super) fn selector(deck: &Deck, at: &str, selector: (&Where, Selected), faults: &mut Faults) {
-    let sets = deck.blocks.iter().map(|set| set.name.as_deref());
-    in_sets(sets, at, selector, faults);
+    in_sets(deck.set_names().into_iter(), at, selector, faults);
 }
 
 /// Checks a `where` in a model whose sets have these names.

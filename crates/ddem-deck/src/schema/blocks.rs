@@ -109,7 +109,18 @@ impl BlockSet {
 impl Deck {
     /// Name of a set for messages: its name, or its place in the deck if it has none.
     pub(crate) fn set_name(&self, set: usize) -> String {
-        self.blocks[set].name.clone().unwrap_or_else(|| format!("blocks[{set}]"))
+        let (section, name) = match self.region.get(set) {
+            Some(region) => ("region", region.name.clone()),
+            None => ("blocks", self.blocks[set].name.clone()),
+        };
+        name.unwrap_or_else(|| format!("{section}[{set}]"))
+    }
+
+    /// Names of the sets: regions of rock, or sets of blocks.
+    pub(crate) fn set_names(&self) -> Vec<Option<&str>> {
+        let regions = self.region.iter().map(|region| region.name.as_deref());
+        let sets = self.blocks.iter().map(|set| set.name.as_deref());
+        regions.chain(sets).collect()
     }
 }
 

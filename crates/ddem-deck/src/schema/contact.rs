@@ -78,13 +78,16 @@ impl Deck {
     #[must_use]
     pub fn finds_contacts(&self) -> bool {
         let any_can_fail = || self.used_joints().any(Joint::can_fail);
-        self.model.contact.unwrap_or_else(|| self.blocks.len() > 1 || any_can_fail())
+        let found = || self.blocks.len() > 1 || any_can_fail();
+        // Blocks of regions do not meet yet.
+        self.region.is_empty() && self.model.contact.unwrap_or_else(found)
     }
 
     /// Joints that sets of blocks or assignments name, with repetitions.
     fn used_joints(&self) -> impl Iterator<Item = &Joint> {
         let of_sets = self.blocks.iter().flat_map(|set| set.joints().into_iter().flatten());
         let assigned = self.assign.iter().filter_map(|entry| entry.joint.as_deref());
-        of_sets.chain(assigned).filter_map(|name| self.joints.get(name))
+        let of_cuts = self.cut.iter().filter_map(|cut| cut.joint.as_deref());
+        of_sets.chain(assigned).chain(of_cuts).filter_map(|name| self.joints.get(name))
     }
 }

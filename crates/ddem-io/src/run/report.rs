@@ -163,6 +163,9 @@ fn refuse(size: Size, available: u64) -> Result<(), RunFailure> {
 /// Size of a built model, including refinement.
 fn grown(size: Size, model: &Model) -> Size {
     let (blocks, nodes) = (model.n_blocks() as f64, model.n_nodes() as f64);
+    if size.nodes == 0.0 {
+        return Size::of_parts(blocks, nodes, model.n_elements() as f64);
+    }
     let more = (nodes / size.nodes).max(1.0);
     Size { blocks: blocks.max(size.blocks), nodes: nodes.max(size.nodes), bytes: more * size.bytes }
 }

@@ -15,7 +15,7 @@ use crate::point::{JointPoint, PairContext, has_rotated};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::law::{FailureMode, SpringStiffness};
 use ddem_mechanics::math::lanes::Lanes;
-use ddem_mesh::in_situ::{Stress, between};
+use ddem_mesh::in_situ::{Stress, between, over_quads};
 use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::{JointProperties, Properties};
 use ddem_mesh::{Geometry, NonconformingJoint, Vec3};
@@ -56,12 +56,19 @@ impl PatchBuilder<'_> {
         both: [Option<Stress>; 2],
     ) -> BondedPatch {
         let (mut quads, mut summed) = (Vec::new(), Vec::new());
-        let mut patch = self.by_face(joint_pair, &mut |corners, inside| {
-            quads.extend(quads_of(corners));
-            if inside.is_empty() {
-                summed.extend(quads_of(corners));
+        let matched = self.matched(joint_pair);
+        let mut patch = match &matched {
+            Some(matched) => {
+                quads.clone_from(&matched.quads);
+                self.by_nodes(joint_pair, matched)
             }
-        });
+            None => self.by_face(joint_pair, &mut |corners, inside| {
+                quads.extend(quads_of(corners));
+                if inside.is_empty() {
+                    summed.extend(quads_of(corners));
+                }
+            }),
+        };
         let [x, y] = patch.faces();
         let surfaces = [(patch.blocks[0], x), (patch.blocks[1], y)];
         let surfaces = surfaces.map(|(block, face)| self.surfaces.of(block, face));
@@ -69,7 +76,7 @@ impl PatchBuilder<'_> {
         let dashpot = self.surfaces.dashpot_of_joint(surfaces, normal);
         patch.surface = CombinedSurface { stiffness, dashpot, ..CombinedSurface::default() };
         // No strips lie beside the joint: its area extends to the middle of the surrounding gaps.
-        let own = patch.area();
+        let own = if matched.is_some() { 0.0 } else { patch.area() };
         let part = if own > 0.0 { joint_pair.area / own } else { 1.0 };
         patch.points.iter_mut().for_each(|point| point.pair.area *= part);
         let axes = patch.frame();
@@ -85,7 +92,12 @@ impl PatchBuilder<'_> {
             (at(0) + at(1)) / 2.0
         };
         let points: Vec<Vec3> = patch.points.iter().map(middle).collect();
-        let tractions = between(both, &patch.axes_now[0], &points, &summed).unwrap_or_default();
+        let normal_now = &patch.axes_now[0];
+        let tractions = match &matched {
+            Some(matched) => over_quads(both, normal_now, points.len(), &matched.integrals),
+            None => between(both, normal_now, &points, &summed),
+        };
+        let tractions = tractions.unwrap_or_default();
         for (point, traction) in patch.points.iter_mut().zip(tractions) {
             let own = axes.tr_mul(&traction);
             point.pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);
@@ -186,6 +198,36 @@ pub fn at_nodes(
                     let part = weight * point.pair.area;
                     let [x, y, z] = <[f64; 3]>::from(stiffness * (weight * part));
                     at_nodes.push((first + node, [layer * part, x, y, z]));
+                }
+            }
+        }
+    }
+    at_nodes
+}
+
+/// Upper bounds of the stiffness `[N/m]` and coefficients of the dashpots `[N s/m]` that nonconforming
+/// joints add to nodes.
+pub fn bounds_at_nodes(
+    bonded: &[BondedPatch],
+    blocks: &[ContactBlock],
+    geometry: &Geometry,
+) -> Vec<(usize, [f64; 2])> {
+    let mut at_nodes = Vec::new();
+    for BondedPatch { patch, .. } in bonded {
+        if patch.blocks.iter().any(|&block| geometry.is_removed(block as usize)) {
+            continue;
+        }
+        let CombinedSurface { stiffness: SpringStiffness { normal, shear }, dashpot, .. } =
+            patch.surface;
+        for (side, face) in patch.faces().into_iter().enumerate() {
+            let block = patch.blocks[side] as usize;
+            let first = geometry.blocks[block].first_node as usize;
+            for point in &patch.points {
+                for (node, weight) in blocks[block].weights(face, &point.points[side]) {
+                    let area = weight * point.pair.area;
+                    if area > 0.0 {
+                        at_nodes.push((first + node, [normal.max(shear) * area, dashpot * area]));
+                    }
                 }
             }
         }

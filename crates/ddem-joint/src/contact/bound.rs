@@ -4,6 +4,8 @@
 //! most twice as stiff as one block against fixed ground. A block is stiffest with contacts on all
 //! its faces.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{Matrix3, Matrix6};
 
 use super::ContactSurfaces;
@@ -68,13 +70,18 @@ impl AddedStiffness {
         assembly: &Assembly,
         contacts: bool,
         ratio: f64,
+        bonds: &[(usize, [f64; 2])],
     ) -> Self {
         let mut squares = vec![Lanes::ZERO; packs.nodes];
         let mut rates = squares.clone();
+        at_parts(geometry, packs, assembly, bonds, |at, lane, [square, rate]| {
+            squares[at].0[lane] = square;
+            rates[at].0[lane] = rate;
+        });
         for block in 0..geometry.blocks.len() {
             let (index, lane) = packs.slot(block);
             let pack = &packs.packs[index];
-            if pack.rigid {
+            if pack.rigid || geometry.part(block).is_some() {
                 continue;
             }
             let faces = each_face(surfaces, geometry, block);
@@ -91,8 +98,8 @@ impl AddedStiffness {
         let dashpots = most(&rates);
         // The largest diagonal stiffness over mass of a node approximates the fastest mode.
         let alone = assembly.inertia.iter().flat_map(|inertia| {
-            let of = |(i, k): (usize, &Lanes)| (inertia.mass[i / 3], *k);
-            inertia.diagonal.iter().enumerate().map(of)
+            let of = |(i, k): (usize, &Lanes)| (inertia.moved_mass()[i / 3], *k);
+            inertia.moved_diagonal().iter().enumerate().map(of)
         });
         let alone = alone
             .flat_map(|(mass, k)| std::array::from_fn::<_, { LANES }, _>(|l| (mass.0[l], k.0[l])))
@@ -115,6 +122,43 @@ impl AddedStiffness {
         }
         // The dashpots exceed the assumed springs, at most by the largest rate.
         longest((0.25 * largest - self.dashpots / self.expected).max(0.0), self.dashpots)
+    }
+}
+
+/// Calls `visit` with slot, lane, stiffness over mass `[1/s²]` and rate of the dashpots `[1/s]` of
+/// each node of a part of a cell. `bonds` are the stiffnesses `[N/m]` and dashpots `[N s/m]` of its
+/// joints by node, which count twice for the motion of the other side.
+fn at_parts(
+    geometry: &Geometry,
+    packs: &Packs,
+    assembly: &Assembly,
+    bonds: &[(usize, [f64; 2])],
+    mut visit: impl FnMut(usize, usize, [f64; 2]),
+) {
+    let mut sums: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+    for (node, more) in bonds {
+        let sum = sums.entry(*node).or_default();
+        (0..2).for_each(|k| sum[k] += more[k]);
+    }
+    for group in geometry.tied() {
+        let of = |k: usize| {
+            group.iter().filter_map(|node| sums.get(&(*node as usize))).map(|own| own[k]).sum()
+        };
+        let whole = [of(0), of(1)];
+        if whole != [0.0; 2] {
+            sums.extend(group.iter().map(|node| (*node as usize, whole)));
+        }
+    }
+    for (node, [stiffness, dashpot]) in sums {
+        if geometry.part(geometry.block_of(node)).is_none() {
+            continue;
+        }
+        let slot = packs.node_slot(geometry, node);
+        let inertia = &assembly.inertia[assembly.pack_inertia[slot.pack] as usize];
+        let mass = inertia.moved_mass()[slot.local(packs)].0[slot.lane()];
+        if mass > 0.0 {
+            visit(slot.at as usize / 3, slot.lane(), [2.0 * stiffness / mass, dashpot / mass]);
+        }
     }
 }
 

@@ -28,6 +28,8 @@ pub struct ContactBlock {
     first: usize,
     pub(super) pack: usize,
     pub(super) lane: usize,
+    /// Positions of its nodes at rest, if it is a part of a cell `[m]`; else empty.
+    nodes: Box<[Vec3]>,
 }
 
 /// Present configuration: nodal displacements and the frames of the packs.
@@ -66,9 +68,19 @@ pub(super) fn contact_block(geometry: &Geometry, packs: &Packs) -> Vec<ContactBl
             first: 3 * packs.packs[pack].start,
             pack,
             lane,
+            nodes: nodes_of_part(geometry, block),
         }
     };
     (0..geometry.blocks.len()).map(current).collect()
+}
+
+/// Positions of the nodes of a part of a cell at rest `[m]`; none for other blocks.
+fn nodes_of_part(geometry: &Geometry, block: usize) -> Box<[Vec3]> {
+    if geometry.part(block).is_none() {
+        return Box::default();
+    }
+    let topology = geometry.topology(block);
+    (0..topology.nodes()).map(|node| geometry.position(block, topology.steps(node))).collect()
 }
 
 impl ContactBlock {
@@ -83,6 +95,9 @@ impl ContactBlock {
     /// Position of the node at lattice steps `at` `[m]`.
     #[inline(always)]
     pub(super) fn node(&self, u: &[Lanes], at: [usize; 3]) -> Vec3 {
+        if let Some(node) = self.nodes.get(self.topology.node(at)) {
+            return node + self.value(u, at);
+        }
         let [x, y, z] = &self.steps;
         let along = x * at[0] as f64 + y * at[1] as f64 + z * at[2] as f64;
         self.corner + along + self.value(u, at)
@@ -148,6 +163,12 @@ impl ContactBlock {
     /// Position of a point at rest `[m]`.
     #[inline(always)]
     fn rest(&self, face: FaceId, point: &SurfacePoint) -> Vec3 {
+        if !self.nodes.is_empty() {
+            let weights = self.weights(face, point);
+            return weights
+                .iter()
+                .fold(Vec3::zeros(), |sum, (node, w)| sum + self.nodes[*node] * *w);
+        }
         let d = face.direction;
         let along = |k: usize| f64::from(point.element[k]) + f64::from(point.on[k]);
         let up = if face.upper { self.topology.divisions() as f64 } else { 0.0 };
@@ -157,8 +178,41 @@ impl ContactBlock {
 
     /// Area of the face of one element at rest `[m²]`.
     pub fn element_area(&self, face: FaceId) -> f64 {
+        if !self.nodes.is_empty() {
+            let elements = self.topology.divisions().pow(2) as f64;
+            return self.diagonals(face).norm() / (2.0 * elements);
+        }
         let d = face.direction;
         self.steps[(d + 1) % 3].cross(&self.steps[(d + 2) % 3]).norm()
+    }
+
+    /// Cross product of the diagonals of a face at rest `[m²]`, towards the upper side.
+    fn diagonals(&self, face: FaceId) -> Vec3 {
+        let n = self.topology.divisions();
+        let corner =
+            |at: [usize; 2]| self.nodes[self.topology.node(self.topology.on_face(face, at))];
+        (corner([n, n]) - corner([0, 0])).cross(&(corner([0, n]) - corner([n, 0])))
+    }
+
+    /// Outward unit normal of a face of a part at rest; `None` for other blocks.
+    pub(super) fn part_normal(&self, face: FaceId) -> Option<Vec3> {
+        let side = if face.upper { 1.0 } else { -1.0 };
+        let is_part = !self.nodes.is_empty();
+        is_part
+            .then(|| self.diagonals(face))
+            .and_then(|area| area.try_normalize(0.0))
+            .map(|n| n * side)
+    }
+
+    /// Corners of an element of a face of a part at rest, around it `[m]`, and the numbers of their
+    /// nodes on the face.
+    pub(super) fn part_quad(&self, face: FaceId, element: [usize; 2]) -> [(usize, Vec3); 4] {
+        let [i, k] = element;
+        let side = self.topology.divisions() + 1;
+        [[i, k], [i + 1, k], [i + 1, k + 1], [i, k + 1]].map(|at| {
+            let node = self.topology.node(self.topology.on_face(face, at));
+            (at[0] + side * at[1], self.nodes[node])
+        })
     }
 }
 

@@ -31,6 +31,7 @@ mod contact_model;
 mod forces;
 mod friction;
 mod history_transfer;
+mod matched;
 mod patch_builder;
 mod release;
 mod search;
@@ -53,7 +54,7 @@ pub use release::{JointLookup, JointStatus};
 pub use search::{NearPair, SearchContext, find, release_due_joints};
 pub use warnings::ContactWarning;
 
-pub use bond::{Bond, BondedPatch, ReleasedJoint, at_nodes, bonded_patches};
+pub use bond::{Bond, BondedPatch, ReleasedJoint, at_nodes, bonded_patches, bounds_at_nodes};
 pub use contact_model::ContactModel;
 use forces::update;
 use release::release;

@@ -8,6 +8,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::history_transfer::{OldPatch, PatchHistory, PointHistory};
+use super::matched::MatchedFaces;
 use super::side::{ContactSide, are_disjoint, are_parallel, edge_node, edge_point, node_at};
 use super::surfaces::sides_of;
 use super::{
@@ -116,27 +117,53 @@ impl PatchBuilder<'_> {
     pub(super) fn by_face(&self, joint_pair: &NonconformingJoint, visit: Polygons<'_>) -> Patch {
         let NonconformingJoint { blocks, faces, .. } = *joint_pair;
         let cells = blocks.map(|block| self.cell(block));
-        // The finer side determines the normal.
+        // The finer side determines the normal, that of parts of cells the first face.
         let of = usize::from(
             self.configuration.blocks[blocks[1] as usize].element_area(faces[1])
                 < self.configuration.blocks[blocks[0] as usize].element_area(faces[0]),
         );
-        let (face, other) = (faces[of], faces[1 - of]);
+        let face = faces[of];
         let half = &cells[of].half;
         let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
         let cross = half[e].cross(&half[f]);
         let out = if face.upper { half[d] } else { -half[d] };
         let sign = if (cross.dot(&out) > 0.0) == (of == 0) { 1.0 } else { -1.0 };
-        let normal = cross.try_normalize(0.0).unwrap_or_default() * sign;
-        let feature = ContactFeature::Face { of, face, other };
-        let separation = Separation { distance: 0.0, margin: f64::INFINITY, normal, feature };
-        let contact_distance = self.contact_distance(blocks);
-        let mut patch =
-            self.empty(blocks, &cells, &separation, CombinedSurface::default(), contact_distance);
-        patch.faces = faces.map(FaceId::number);
+        let own = self.configuration.blocks[blocks[0] as usize].part_normal(faces[0]);
+        let normal = own.unwrap_or_else(|| cross.try_normalize(0.0).unwrap_or_default() * sign);
+        let mut patch = self.empty_joint(joint_pair, &cells, of, normal);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         self.face(&mut patch, &frame, Some(visit));
+        patch
+    }
+
+    /// Patch of a nonconforming joint whose faces match node by node.
+    pub(super) fn by_nodes(
+        &self,
+        joint_pair: &NonconformingJoint,
+        matched: &MatchedFaces,
+    ) -> Patch {
+        let cells = joint_pair.blocks.map(|block| self.cell(block));
+        let mut patch = self.empty_joint(joint_pair, &cells, 0, matched.normal);
+        patch.points = matched.points.clone().into();
+        patch
+    }
+
+    /// Patch of a nonconforming joint without points; the face of block `of` determines the axes.
+    fn empty_joint(
+        &self,
+        joint_pair: &NonconformingJoint,
+        cells: &[Parallelepiped; 2],
+        of: usize,
+        normal: Vec3,
+    ) -> Patch {
+        let NonconformingJoint { blocks, faces, .. } = *joint_pair;
+        let feature = ContactFeature::Face { of, face: faces[of], other: faces[1 - of] };
+        let separation = Separation { distance: 0.0, margin: f64::INFINITY, normal, feature };
+        let contact_distance = self.contact_distance(blocks);
+        let mut patch =
+            self.empty(blocks, cells, &separation, CombinedSurface::default(), contact_distance);
+        patch.faces = faces.map(FaceId::number);
         patch
     }
 

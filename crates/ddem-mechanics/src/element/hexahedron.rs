@@ -16,6 +16,8 @@
 //! r_i^m = b_mk t_ik + q_i^m             f = Hᵀ r
 //! ```
 
+mod nodal;
+
 use std::ops::{Add, Sub};
 
 use fearless_simd::{Simd, f64x4};

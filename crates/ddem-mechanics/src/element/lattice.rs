@@ -11,8 +11,9 @@
 use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
+use super::hexahedron::{self, HexahedronTable};
 use super::table::{BoxTable, ElementTable, ObliqueTable};
-use crate::math::lanes::{Lanes, Vector, add, splat, sub, symmetric_times};
+use crate::math::lanes::{Lanes, Vector, add, load, splat, sub, symmetric_times, zero};
 
 /// Computes `g = K u` of four lattices of `dims` elements. `u` and `g` hold three components a
 /// node, shape `((nx+1)(ny+1)(nz+1), 3)`, with x fastest.
@@ -29,6 +30,7 @@ pub fn force<S: Simd>(
         (ElementTable::Box(table), 1) => rows::<S, 2, _>(simd, dims, &**table, nodes),
         (ElementTable::Box(table), _) => rows::<S, 0, _>(simd, dims, &**table, nodes),
         (ElementTable::Oblique(table), _) => rows::<S, 0, _>(simd, dims, &**table, nodes),
+        (ElementTable::Hexahedra(tables), _) => each(simd, dims, tables, nodes),
     }
 }
 
@@ -49,6 +51,40 @@ pub fn force_left<S: Simd>(
         }
         ElementTable::Oblique(table) => {
             rows::<S, 0, _>(simd, dims, &Remaining { table: &**table, alive }, nodes);
+        }
+        // Only joints lose elements, and these are parallelepipeds.
+        ElementTable::Hexahedra(tables) => each(simd, dims, tables, nodes),
+    }
+}
+
+/// Forces of hexahedra that have a table each.
+#[simd]
+fn each<S: Simd>(simd: S, [nx, ny, nz]: [usize; 3], tables: &[HexahedronTable], (u, g): Nodes<'_>) {
+    g.fill([Lanes::ZERO; 3]);
+    let mut elements = tables.iter();
+    for (k, j) in (0..nz).flat_map(|k| (0..ny).map(move |j| (k, j))) {
+        for (i, table) in (0..nx).zip(&mut elements) {
+            let low = i + (nx + 1) * (j + (ny + 1) * k);
+            let high = low + (nx + 1) * (ny + 1);
+            let above = nx + 1;
+            let at = [
+                low,
+                low + 1,
+                low + above + 1,
+                low + above,
+                high,
+                high + 1,
+                high + above + 1,
+                high + above,
+            ];
+            let mut moved = [zero(simd); 8];
+            for (moved, &node) in moved.iter_mut().zip(&at) {
+                *moved = load(simd, &u[node]);
+            }
+            let forces = hexahedron::force(simd, table, &moved);
+            for (&force, &node) in forces.iter().zip(&at) {
+                g[node] = add(load(simd, &g[node]), force).map(Lanes::from);
+            }
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Stiffness of four elements side by side, for [`lattice`](super::lattice).
 
+use super::hexahedron::{HexahedronElement, HexahedronTable};
 use super::modal::Modal;
 use crate::math::lanes::{LANES, Lanes};
 
@@ -10,6 +11,8 @@ pub enum ElementTable {
     Box(Box<BoxTable>),
     /// Four parallelepipeds of any shape.
     Oblique(Box<ObliqueTable>),
+    /// Hexahedra of any shape: a table for each element of the lattice, x fastest.
+    Hexahedra(Box<[HexahedronTable]>),
 }
 
 /// Independent nonzero entries of the stiffness of a box.
@@ -71,11 +74,20 @@ impl ElementTable {
 }
 
 impl ElementTable {
+    /// Tables of four lattices of hexahedra side by side, x fastest; a lattice without elements has an
+    /// empty list.
+    pub fn hexahedra(lattices: [&[HexahedronElement]; LANES]) -> Self {
+        let elements = lattices.iter().map(|lattice| lattice.len()).max().unwrap_or(0);
+        let table = |at: usize| HexahedronTable::new(lattices.map(|lattice| lattice.get(at)));
+        Self::Hexahedra((0..elements).map(table).collect())
+    }
+
     /// Memory on the heap `[bytes]`.
     pub fn bytes(&self) -> usize {
         match self {
             Self::Box(_) => size_of::<BoxTable>(),
             Self::Oblique(_) => size_of::<ObliqueTable>(),
+            Self::Hexahedra(tables) => size_of_val(&tables[..]),
         }
     }
 }

@@ -16,10 +16,11 @@ use crate::assembly::{Assembly, NO_TABLE};
 use crate::joint_sections::JointSection;
 use crate::pack::{Pack, Packs};
 use crate::{Geometry, Vec3};
+use ddem_mechanics::element::Elastic;
 use ddem_mechanics::math::lanes::{Lanes, splat};
 
 pub use stress::Stress;
-pub use stress::between;
+pub use stress::{QuadIntegral, between, over_quads};
 
 /// Nodal forces and energy of the in-situ stress in one lattice of elements of a pack.
 #[derive(Debug)]
@@ -152,6 +153,10 @@ impl InSitu {
             let stress = self.around(geometry, block, offset).filter(|_| element.is_some());
             let (Some(stress), Some(element)) = (stress, element) else { continue };
             any = true;
+            if geometry.part(block).is_some() {
+                field.fill_part(geometry, block, lane, &stress, element_of(assembly, element));
+                continue;
+            }
             let element = &assembly.elements[element as usize];
             let nodes = positions(geometry, packs, pack, lane, offset);
             field.fill(lane, dims, &nodes, |centre| stress.element_forces(centre, element));
@@ -198,6 +203,10 @@ impl InSitu {
         }
         tractions
     }
+}
+
+fn element_of(assembly: &Assembly, element: u32) -> &Elastic {
+    &assembly.elements[element as usize].elastic
 }
 
 /// Reference positions of the nodes of a lattice of elements in one lane, x fastest.
@@ -261,6 +270,26 @@ impl InitialForces {
             }
             if let Some((_, own)) = self.elements.get_mut(e) {
                 own.0[lane] = energy;
+            }
+        }
+    }
+
+    /// Adds the forces and the energy in the elements of a part.
+    fn fill_part(
+        &mut self,
+        geometry: &Geometry,
+        block: usize,
+        lane: usize,
+        stress: &Stress,
+        elastic: &Elastic,
+    ) {
+        let topology = geometry.topology(block);
+        for element in 0..topology.elements() {
+            let corners = geometry.element_corners(block, element);
+            let (forces, energy) = stress.hexahedron_forces(&corners, elastic);
+            self.energy.0[lane] += energy;
+            for (node, force) in topology.hex(element).into_iter().zip(&forces) {
+                (0..3).for_each(|c| self.forces[3 * node + c].0[lane] += force[c]);
             }
         }
     }

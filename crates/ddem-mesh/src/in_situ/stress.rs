@@ -1,10 +1,11 @@
 //! In-situ stress of a block, and its forces and energy in an element.
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Point3, SVector};
 
 use crate::Vec3;
 use crate::assembly::Element;
 use ddem_mechanics::element::Elastic;
+use ddem_mechanics::element::hex8::{gauss_points, shape, strain_matrix};
 
 /// Stress xx yy zz xy yz zx that is linear in the position.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -45,6 +46,39 @@ pub fn between(
         if weight > 0.0 { sum / weight } else { stress.at(point) * normal }
     };
     Some(points.iter().zip(sums).map(mean).collect())
+}
+
+/// Point of a quadrature over a quadrilateral, with the shape functions of its corners times the
+/// area of the point.
+#[derive(Clone, Copy, Debug)]
+pub struct QuadIntegral {
+    /// Numbers of the corners.
+    pub points: [u32; 4],
+    /// Shape functions times the area `[m²]`.
+    pub weights: [f64; 4],
+    /// Position `[m]`.
+    pub at: Vec3,
+}
+
+/// Initial tractions as [`between`] gives them, `∫ N σ n dA / ∫ N dA`, from a quadrature that is
+/// exact for linear stress.
+pub fn over_quads(
+    both: [Option<Stress>; 2],
+    normal: &Vec3,
+    points: usize,
+    integrals: &[QuadIntegral],
+) -> Option<Vec<Vec3>> {
+    let stress = Stress::mean(&both)?;
+    let mut sums = vec![(0.0, Vec3::zeros()); points];
+    for QuadIntegral { points, weights, at } in integrals {
+        let traction = stress.at(at) * normal;
+        for (&point, &weight) in points.iter().zip(weights) {
+            let (whole, sum) = &mut sums[point as usize];
+            *whole += weight;
+            *sum += traction * weight;
+        }
+    }
+    Some(sums.into_iter().map(|(whole, sum)| sum / whole).collect())
 }
 
 impl Stress {
@@ -105,6 +139,29 @@ impl Stress {
         let density = |stress: &Matrix3<f64>| energy_density(&element.elastic, stress);
         let varying = slopes.iter().map(density).sum::<f64>() / 3.0;
         (forces, element.volume * (density(&middle) + varying))
+    }
+
+    /// Nodal forces `∫ Bᵀσ⁰ dV` at the corners of a hexahedron of any shape, and energy
+    /// `½ ∫ σ⁰:C⁻¹:σ⁰ dV`, by 2×2×2 points. Corners are in VTK's order.
+    pub(super) fn hexahedron_forces(
+        &self,
+        corners: &[Vec3; 8],
+        elastic: &Elastic,
+    ) -> ([Vec3; 8], f64) {
+        let nodes = corners.map(Point3::from);
+        let (mut forces, mut energy) = ([Vec3::zeros(); 8], 0.0);
+        for at in gauss_points() {
+            let x = shape(at).iter().zip(corners).map(|(n, x)| x * *n).sum::<Vec3>();
+            let (b, volume) = strain_matrix(&nodes, at);
+            let stress = self.at(&x);
+            let six = [(0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0)].map(|at| stress[at]);
+            let work = b.transpose() * SVector::<f64, 6>::from(six) * volume;
+            for (corner, force) in forces.iter_mut().enumerate() {
+                *force += work.fixed_rows::<3>(3 * corner);
+            }
+            energy += energy_density(elastic, &stress) * volume;
+        }
+        (forces, energy)
     }
 }
 

@@ -19,6 +19,9 @@ pub(crate) struct SupportedAxis {
     /// Number of the fix that prescribes its velocity.
     pub(crate) fix: u32,
     pub(crate) node: u32,
+    /// Number of tied nodes that move together, 1 for a node that is not tied. They share the
+    /// reaction.
+    pub(crate) copies: f64,
 }
 
 /// Forces that programs apply to nodes `[N]`, by node.
@@ -59,17 +62,32 @@ impl NodeSlots<'_> {
         exists.then(|| self.packs.node_slot(self.geometry, node as usize))
     }
 
+    /// Nodes with those that are tied to them.
+    fn with_ties<'b>(&'b self, nodes: &'b [u32]) -> impl Iterator<Item = u32> + 'b {
+        nodes.iter().flat_map(|&node| {
+            let tied = self.geometry.ties.with(node);
+            tied.iter().copied().chain(tied.is_empty().then_some(node))
+        })
+    }
+
+    /// Number of existing nodes that move with a node, itself included.
+    fn copies(&self, node: u32) -> f64 {
+        let exists = |&&node: &&u32| self.of(node).is_some();
+        self.geometry.ties.with(node).iter().filter(exists).count().max(1) as f64
+    }
+
     /// Supports of a stage with their packs, sorted. The later one of two supports of a degree of
     /// freedom applies.
     fn supports(&self, conditions: &Conditions, stage: usize) -> Vec<(usize, SupportedAxis)> {
         let mut supports = Vec::new();
         let fixed = conditions.fixed.iter().enumerate();
         for (fix, entry) in fixed.filter(|(_, entry)| entry.in_force.has(stage)) {
-            for &node in &entry.nodes {
+            for node in self.with_ties(&entry.nodes) {
                 let Some(NodeSlot { pack, at, lane }) = self.of(node) else { continue };
+                let copies = self.copies(node);
                 for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
-                    let at = at + u32::from(axis);
-                    supports.push((pack, SupportedAxis { at, lane, axis, fix: fix as u32, node }));
+                    let (at, fix) = (at + u32::from(axis), fix as u32);
+                    supports.push((pack, SupportedAxis { at, lane, axis, fix, node, copies }));
                 }
             }
         }

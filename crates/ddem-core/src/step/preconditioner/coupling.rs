@@ -41,6 +41,9 @@ pub(super) fn inverse_row(
     at: [usize; 3],
 ) -> Result<[[f64; 3]; 8], RunError> {
     let MassContext { model, held, .. } = around;
+    if model.geometry.part(block).is_some() {
+        return Ok(row_of_part(around, block, at));
+    }
     let members: [Option<(usize, [usize; 3])>; 8] =
         std::array::from_fn(|part| partner(model, block, at, part));
     let submatrices: [[[f64; 3]; 8]; 8] = std::array::from_fn(|part| match members[part] {
@@ -76,6 +79,25 @@ pub(super) fn inverse_row(
         (0..8).filter(|&p| free[p]).for_each(|p| row[p][c] = solution[p]);
     }
     Ok(row)
+}
+
+/// Row of a node of a part of a cell: the inverse of the stiffness diagonal of all nodes tied to it,
+/// joints included.
+fn row_of_part(around: MassContext<'_>, block: usize, at: [usize; 3]) -> [[f64; 3]; 8] {
+    let MassContext { model, held, .. } = around;
+    let mut row = [[0.0; 3]; 8];
+    let node = model.geometry.node(block, at);
+    let axes = held.get(&(node as u32)).copied().unwrap_or_default();
+    let slot = model.node_slot(node);
+    let inertia = &model.assembly.inertia[model.assembly.pack_inertia[slot.pack] as usize];
+    let diagonal = inertia.moved_diagonal();
+    for c in (0..3).filter(|&c| !axes[c]) {
+        let stiffness = diagonal[3 * slot.local(&model.packs) + c].0[slot.lane()];
+        if stiffness > 0.0 {
+            row[0][c] = 1.0 / stiffness;
+        }
+    }
+    row
 }
 
 /// Diagonal of the stiffness at a node (r = 0) and its coupling with the partners.

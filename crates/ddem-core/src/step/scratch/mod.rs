@@ -39,6 +39,8 @@ pub(crate) use fields::{
 pub(crate) struct Scratch {
     /// Forces on the nodes `[N]`.
     pub(crate) f: Vec<Lanes>,
+    /// Forces on the nodes before they are summed over tied nodes `[N]`; empty without ties.
+    tied: Vec<Lanes>,
     /// Viscous forces of the blocks against the motion `[N]`; empty if they have never been
     /// viscous.
     viscous: Vec<Lanes>,
@@ -81,6 +83,17 @@ pub(super) struct StateMotion<'a> {
     pub(super) poses: Access<'a, [Pose; LANES]>,
 }
 
+impl StateMotion<'_> {
+    /// The same data, only to be read.
+    pub(super) fn read(&self) -> StateMotion<'_> {
+        StateMotion {
+            u: Access::Read(self.u.get()),
+            v: Access::Read(self.v.get()),
+            poses: Access::Read(self.poses.get()),
+        }
+    }
+}
+
 /// Data of the second pass, or of a sweep.
 pub(super) struct StepFields<'a> {
     pub(super) forces: PackForces<'a>,
@@ -121,6 +134,7 @@ impl Scratch {
         let runs = runs(packs);
         let mut scratch = Self {
             f: vec![Lanes::ZERO; 3 * packs.nodes],
+            tied: Vec::new(),
             viscous: Vec::new(),
             neighbour_forces: vec![Lanes::ZERO; 3 * packs.neighbour_forces],
             torques: vec![[Lanes::ZERO; 3]; n],
@@ -145,6 +159,7 @@ impl Scratch {
     /// Memory in use `[bytes]`, without the working spaces of the tasks.
     pub(crate) fn bytes(&self) -> usize {
         let lanes = self.f.len()
+            + self.tied.len()
             + self.viscous.len()
             + self.neighbour_forces.len()
             + 5 * self.torques.len();
@@ -193,6 +208,23 @@ impl Scratch {
                     spread_torque(simd, packs, &model.assembly, index, frame, torque, None, f)
                 });
             }
+        });
+        self.sum_ties(model);
+    }
+
+    /// Sums the forces over tied nodes, so that all of them have the same.
+    pub(super) fn sum_ties(&mut self, model: &Model) {
+        let Model { packs, ties, .. } = model;
+        if ties.is_empty() {
+            return;
+        }
+        self.tied.resize(self.f.len(), Lanes::ZERO);
+        std::mem::swap(&mut self.f, &mut self.tied);
+        let (all, f, mut none) = (&self.tied, &mut self.f, vec![(); packs.packs.len()]);
+        each_pack(packs, [&mut f[..]], &mut none, |pack, [own], ()| {
+            let first = node_start(packs, pack);
+            own.copy_from_slice(&all[first..first + own.len()]);
+            ties.sum(pack, all, first, own);
         });
     }
 

@@ -96,6 +96,7 @@ fn lattice(
         material: Arc::new(vec![names.material_of(&set.material); cells]),
         joint: own_joint.map(|joint| Arc::new(vec![joint; cells])),
         own_joint,
+        part: None,
     })
 }
 

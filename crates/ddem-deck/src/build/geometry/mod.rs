@@ -19,7 +19,7 @@ mod terrain;
 pub(super) mod touching;
 
 use empty_selection::no_block;
-pub(super) use empty_selection::{coordinates, no_face, no_node, nothing};
+pub(in crate::build) use empty_selection::{coordinates, no_face, no_node, nothing};
 pub use interface::Interface;
 use lattice::lattices;
 pub use selection::Selection;
@@ -27,10 +27,11 @@ pub(super) use selector::Selector;
 pub(super) use stages::stages;
 pub(super) use terrain::uncovered;
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::schema::{Assign, Deck, Remove};
-use ddem_core::problem::{Geometry, Lattice, Sets};
+use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Sets};
 use ddem_core::{ErrorCode, Fault};
 
 /// Geometry of a deck at the start, with the sets to which its selectors refer.
@@ -99,6 +100,9 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
 impl Selector {
     /// Blocks whose centroid lies in the selector, or that have a face on a plane of it.
     pub(in crate::build) fn blocks(&self, geometry: &Geometry) -> Vec<usize> {
+        if geometry.blocks.iter().enumerate().any(|(block, _)| geometry.part(block).is_some()) {
+            return self.cells(geometry);
+        }
         let inside = |&block: &usize| {
             let cell = geometry.blocks[block].cell.map(|c| c as usize);
             !geometry.is_removed(block)
@@ -106,6 +110,31 @@ impl Selector {
                 && self.selects(geometry.lattice(block), cell)
         };
         (0..geometry.blocks.len()).filter(inside).collect()
+    }
+}
+
+impl Selector {
+    /// Parts of the cells whose centroid lies in the selector and which have a face on each plane.
+    fn cells(&self, geometry: &Geometry) -> Vec<usize> {
+        let all = || (0..geometry.blocks.len()).filter(|&block| !geometry.is_removed(block));
+        let mut touching = HashSet::new();
+        for block in all().filter(|_| self.planes() > 0) {
+            let on = |face: FaceId| {
+                let corners = BlockFace { block, face }.corners(geometry);
+                corners.iter().all(|x| self.on_planes(x))
+            };
+            if FaceId::all().any(on) {
+                touching.extend(geometry.part(block).map(|part| part.cell));
+            }
+        }
+        let inside = |&block: &usize| {
+            geometry.part(block).is_some_and(|part| {
+                self.has_set(geometry.set(block))
+                    && self.in_ranges(&part.centroid)
+                    && (self.planes() == 0 || touching.contains(&part.cell))
+            })
+        };
+        all().filter(inside).collect()
     }
 }
 

@@ -65,6 +65,10 @@ impl Selector {
     /// area or of the volume, or 1 at a single point. The two sides of a gap share its weight.
     pub(crate) fn weights(&self, geometry: &Geometry) -> Vec<(u32, f64)> {
         let weight = |node: u32| {
+            let copies = geometry.ties.with(node).len();
+            if geometry.part(geometry.block_of(node as usize)).is_some() {
+                return (node, 1.0 / copies.max(1) as f64);
+            }
             let (block, at) = geometry.locate(node as usize);
             let weight = (0..3).map(|d| self.extent_along(geometry, block, at, d)).product();
             (node, weight)
@@ -184,6 +188,9 @@ impl Selector {
     /// True if a range ends inside a face whose edges both have a component along its axis. The
     /// selected part is then not a product of two lengths.
     pub(crate) fn cuts_askew(&self, geometry: &Geometry, face: &BlockFace) -> bool {
+        if geometry.part(face.block).is_some() {
+            return false;
+        }
         let lattice = geometry.lattice(face.block);
         let corners = face.extended_corners(geometry);
         (0..3).any(|axis| {
@@ -243,6 +250,10 @@ impl Selector {
     /// Tributary area of each node of a surface `[m²]`: half of each neighbouring element and, if
     /// the next block has its face in the same plane, half of each neighbouring gap.
     pub(crate) fn areas(&self, geometry: &Geometry, face: &BlockFace) -> Vec<(u32, f64)> {
+        if geometry.part(face.block).is_some() {
+            let here = self.in_ranges(&face.centre(geometry));
+            return if here { face.node_areas(geometry) } else { Vec::new() };
+        }
         let area =
             |(node, slant, [e, f]): TributaryLengths| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
         self.tributary_lengths(geometry, face).into_iter().map(area).collect()

@@ -199,7 +199,7 @@ impl Selector {
         self.facing.is_none_or(|facing| facing.has(normal))
     }
 
-    pub(super) fn on_planes(&self, x: &Vec3) -> bool {
+    pub(crate) fn on_planes(&self, x: &Vec3) -> bool {
         self.planes.iter().all(|plane| plane.has(x))
     }
 

@@ -1,0 +1,386 @@
+//! Blocks of a run from the cells of regions.
+//!
+//! Each vertex of a cell gives a part: a lattice of one cell with a general shape. The parts of a cell
+//! are tied at their common nodes, and so are those of cells that `join` keeps together. Faces of other
+//! cells get joints between the parts that face each other.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use ddem_core::problem::{
+    BlockFace, FaceId, Geometry, Lattice, NonconformingJoint, PartShape, Set, Sets, Ties, Vec3,
+    bounds_of, distorted,
+};
+use ddem_core::{ErrorCode, Fault};
+use ddem_cut::{CellPart, CommonFace, PartPoint, PlaneSource};
+
+use super::CutRock;
+use crate::build::geometry::{Cut, Names, Selector, nothing};
+use crate::schema::{Assign, Deck, SmallKind};
+
+/// Corners in VTK's order, by the numbers of corners by bits.
+const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
+
+/// Cells of a deck that become blocks.
+struct RockBlocks<'a> {
+    deck: &'a Deck,
+    names: &'a Names,
+    rock: &'a CutRock,
+    sets: Sets,
+    /// Parts of each cell; none if it is removed.
+    parts: Vec<Vec<CellPart>>,
+    /// Block of the first part of each cell.
+    first: Vec<usize>,
+}
+
+/// Geometry of the regions of a deck at the start.
+pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault>> {
+    let rock = deck.cut_regions().map_err(|error| error.faults)?;
+    let sets = sets(deck, &rock);
+    let parts = vec![Vec::new(); rock.properties.len()];
+    let mut blocks = RockBlocks { deck, names, rock: &rock, sets, parts, first: Vec::new() };
+    let mut faults = blocks.find_parts();
+    if faults.is_empty() {
+        faults.extend(blocks.unjoined_regions());
+    }
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let geometry = blocks.geometry()?;
+    Ok(Cut { geometry, sets: blocks.sets, selections: Vec::new() })
+}
+
+/// Sets of a deck: its regions, with the boxes around them.
+fn sets(deck: &Deck, rock: &CutRock) -> Sets {
+    let set = |region: usize| {
+        let cells = rock.cells_of(region).iter().map(|&cell| &rock.complex.cells()[cell]);
+        let corners = cells.flat_map(|cell| cell.vertices());
+        let points: Vec<Vec3> =
+            corners.map(|corner| rock.complex.points()[corner as usize]).collect();
+        let [low, high] = bounds_of(&points);
+        let end = |d: usize, k: usize| if k >> d & 1 == 1 { high[d] } else { low[d] };
+        let corner = |k: usize| Vec3::from([0, 1, 2].map(|d| end(d, k)));
+        Set {
+            name: deck.region[region].name.clone(),
+            label: rock.region_name(region),
+            ends: [0, 1, 2].map(|d| (Vec3::ith(d, 1.0), [low[d], high[d]])),
+            corners: std::array::from_fn(corner),
+        }
+    };
+    let list: Vec<Set> = (0..deck.region.len()).map(set).collect();
+    Sets { bounds: bounds_of(&list.iter().flat_map(|set| set.corners).collect::<Vec<_>>()), list }
+}
+
+impl RockBlocks<'_> {
+    fn centroid(&self, cell: usize) -> Vec3 {
+        self.rock.properties[cell].centroid
+    }
+
+    fn region(&self, cell: usize) -> usize {
+        self.rock.complex.cells()[cell].region as usize
+    }
+
+    /// True if a selector has a cell: its centroid lies in the ranges, and each plane holds one of
+    /// its faces.
+    fn selects(&self, selector: &Selector, cell: usize) -> bool {
+        let points = self.rock.complex.points();
+        let mut faces = self.rock.complex.cells()[cell].faces.iter();
+        let on = |face: &ddem_cut::CellFace| {
+            face.corners.iter().all(|&corner| selector.on_planes(&points[corner as usize]))
+        };
+        selector.has_set(self.region(cell))
+            && selector.in_ranges(&self.centroid(cell))
+            && (selector.planes() == 0 || faces.any(on))
+    }
+
+    /// Finds the parts of all cells that are not removed at the start. Returns faults.
+    fn find_parts(&mut self) -> Vec<Fault> {
+        let (mut faults, mut removed) = (Vec::new(), vec![false; self.parts.len()]);
+        for (index, entry) in self.deck.remove.iter().enumerate() {
+            if entry.from.is_some() {
+                continue;
+            }
+            let selector = Selector::new(&entry.r#where, &self.sets);
+            let chosen: Vec<usize> =
+                (0..self.parts.len()).filter(|&cell| self.selects(&selector, cell)).collect();
+            if chosen.is_empty() {
+                faults.push(nothing(format!("remove[{index}].where"), "no block"));
+            }
+            chosen.into_iter().for_each(|cell| removed[cell] = true);
+        }
+        for cell in 0..self.parts.len() {
+            let small = self.rock.treatment(cell);
+            if removed[cell] || small == Some(SmallKind::Removed) {
+                continue;
+            }
+            match self.rock.complex.parts(cell) {
+                Ok(parts) => self.parts[cell] = parts,
+                Err(vertex) => {
+                    faults.push(self.crowded(cell, vertex));
+                    break;
+                }
+            }
+        }
+        if faults.is_empty() && self.parts.iter().all(Vec::is_empty) {
+            let message = "all blocks are removed";
+            faults.push(Fault::new(ErrorCode::EmptyModel, "remove", message));
+        }
+        faults
+    }
+
+    /// Fault of a cell with a corner of more than three edges.
+    fn crowded(&self, cell: usize, vertex: u32) -> Fault {
+        let at = crate::build::geometry::coordinates(self.rock.complex.points()[vertex as usize]);
+        let message = format!(
+            "more than three edges of cell {cell} meet at its corner {at}: such cells cannot be run yet"
+        );
+        let help = "move one of the planes through that point a little";
+        let place = format!("region[{}]", self.region(cell));
+        Fault::new(ErrorCode::NotSupported, place, message).help(help)
+    }
+
+    /// Fault of regions that share a face, across which no joint is given.
+    fn unjoined_regions(&self) -> Option<Fault> {
+        let shared = self.rock.common.iter().find(|face| {
+            let plane = &self.rock.complex.planes()[face.plane as usize];
+            !plane.joined && plane.source == PlaneSource::Region && self.both_exist(face)
+        })?;
+        let [a, b] = shared.cells.map(|cell| self.region(cell as usize));
+        let names = [a, b].map(|region| self.rock.region_name(region));
+        let message = format!(
+            "regions `{}` and `{}` touch: joints between regions cannot be run yet",
+            names[0], names[1]
+        );
+        let help = "make one region of both, as a `prism` for example";
+        Some(Fault::new(ErrorCode::NotSupported, format!("region[{b}]"), message).help(help))
+    }
+
+    fn both_exist(&self, face: &CommonFace) -> bool {
+        face.cells.iter().all(|&cell| !self.parts[cell as usize].is_empty())
+    }
+
+    fn geometry(&mut self) -> Result<Geometry, Vec<Fault>> {
+        let materials = self.materials()?;
+        let mut lattices: Vec<Arc<Lattice>> = Vec::new();
+        for cell in 0..self.parts.len() {
+            self.first.push(lattices.len());
+            let (set, n) = (self.region(cell), self.divisions(cell));
+            for part in &self.parts[cell] {
+                let shape = self.shape(cell, part);
+                if distorted(&shape, n) {
+                    return Err(vec![self.twisted(cell)]);
+                }
+                lattices.push(Arc::new(shape.lattice(set, materials[cell], n)));
+            }
+        }
+        let mut geometry = Geometry::new(lattices, self.sets.bounds);
+        geometry.ties = Arc::new(self.ties(&geometry));
+        let joints = self.joints(&geometry)?;
+        geometry.join(joints);
+        Ok(geometry)
+    }
+
+    /// Elements along each edge of the parts of a cell.
+    fn divisions(&self, cell: usize) -> usize {
+        self.rock.region(cell).divisions as usize / 2
+    }
+
+    fn shape(&self, cell: usize, part: &CellPart) -> PartShape {
+        let least = self.rock.region(cell).small.width * self.rock.median_width(self.region(cell));
+        let thin = least / self.rock.properties[cell].width;
+        let scaled = self.rock.treatment(cell) == Some(SmallKind::Scaled);
+        PartShape {
+            corners: VTK.map(|corner| part.corners[corner]),
+            block: self.rock.blocks[cell],
+            cell: cell as u32,
+            centroid: self.centroid(cell),
+            inertia: if scaled { (thin * thin).max(1.0) } else { 1.0 },
+        }
+    }
+
+    fn twisted(&self, cell: usize) -> Fault {
+        let message = format!("cell {cell} is so distorted that its elements have no volume");
+        let help = "move the planes that cut it a little; `ddem cut` lists them";
+        let place = format!("region[{}]", self.region(cell));
+        Fault::new(ErrorCode::InvalidGeometry, place, message).help(help)
+    }
+
+    /// Material of each cell.
+    fn materials(&self) -> Result<Vec<u16>, Vec<Fault>> {
+        let of =
+            |cell: usize| self.names.material(&self.rock.region(cell).material).unwrap_or_default();
+        let mut materials: Vec<u16> = (0..self.parts.len()).map(of).collect();
+        let mut faults = Vec::new();
+        for (index, entry, selector) in self.assigned() {
+            let Some(material) = entry.material.as_ref().and_then(|name| self.names.material(name))
+            else {
+                continue;
+            };
+            let cells: Vec<usize> = (0..self.parts.len())
+                .filter(|&cell| !self.parts[cell].is_empty() && self.selects(&selector, cell))
+                .collect();
+            if cells.is_empty() && entry.joint.is_none() {
+                faults.push(nothing(format!("assign[{index}].where"), "no block"));
+            }
+            cells.into_iter().for_each(|cell| materials[cell] = material);
+        }
+        if faults.is_empty() { Ok(materials) } else { Err(faults) }
+    }
+
+    fn assigned(&self) -> impl Iterator<Item = (usize, &Assign, Selector)> {
+        let entries = self.deck.assign.iter().enumerate();
+        entries.map(|(index, entry)| (index, entry, Selector::new(&entry.r#where, &self.sets)))
+    }
+
+    /// Ties of the nodes of parts that share them: of one cell, and of cells joined to a block.
+    fn ties(&self, geometry: &Geometry) -> Ties {
+        let mut ids: HashMap<(u32, &PartPoint), u32> = HashMap::new();
+        let mut nodes: HashMap<Vec<(u32, u64)>, Vec<u32>> = HashMap::new();
+        for (cell, parts) in self.parts.iter().enumerate() {
+            let n = self.divisions(cell) as u64;
+            for (number, part) in parts.iter().enumerate() {
+                let block = self.first[cell] + number;
+                let topology = geometry.topology(block);
+                let corners = VTK.map(|corner| {
+                    let (new, key) =
+                        (ids.len() as u32, (self.rock.blocks[cell], &part.points[corner]));
+                    *ids.entry(key).or_insert(new)
+                });
+                for node in 0..topology.nodes() {
+                    let steps = topology.steps(node).map(|at| at as u64);
+                    // Inside the part no node has another one at its place.
+                    if steps.iter().all(|&at| 0 < at && at < n) {
+                        continue;
+                    }
+                    let key = place(&corners, steps, n);
+                    nodes
+                        .entry(key)
+                        .or_default()
+                        .push(geometry.blocks[block].first_node + node as u32);
+                }
+            }
+        }
+        Ties::new(nodes.into_values())
+    }
+
+    /// Joints between parts of cells that are not joined, sorted by their blocks.
+    fn joints(&self, geometry: &Geometry) -> Result<Vec<NonconformingJoint>, Vec<Fault>> {
+        let assigned: Vec<(usize, u16, Selector)> = self
+            .assigned()
+            .filter_map(|(index, entry, selector)| {
+                Some((index, self.names.joint(entry.joint.as_ref()?)?, selector))
+            })
+            .collect();
+        let mut used = vec![false; assigned.len()];
+        let mut joints = Vec::new();
+        for face in self.rock.common.iter().filter(|face| self.both_exist(face)) {
+            let [a, b] = face.cells.map(|cell| self.rock.blocks[cell as usize]);
+            let plane = &self.rock.complex.planes()[face.plane as usize];
+            if plane.joined && face.matches || (a == b && face.matches) {
+                continue;
+            }
+            if plane.joined || a == b {
+                return Err(vec![self.unmatched(face)]);
+            }
+            let PlaneSource::Cut(number) = plane.source else { continue };
+            let own = self.deck.cut[number as usize].joint.as_ref();
+            let Some(own) = own.and_then(|name| self.names.joint(name)) else { continue };
+            for (faces, area) in self.facing(geometry, face) {
+                let (centre, normal) = (faces[0].centre(geometry), faces[0].outward(geometry));
+                let mut joint = own;
+                for (at, (_, other, selector)) in assigned.iter().enumerate() {
+                    let in_set =
+                        face.cells.iter().any(|&c| selector.has_set(self.region(c as usize)));
+                    if in_set && selector.contains_face(&centre, &normal) {
+                        (joint, used[at]) = (*other, true);
+                    }
+                }
+                joints.push(self.joint(faces, joint, area));
+            }
+        }
+        let unused = assigned
+            .iter()
+            .zip(used)
+            .filter(|((index, ..), used)| !used && self.deck.assign[*index].material.is_none());
+        let faults: Vec<Fault> = unused
+            .map(|((index, ..), _)| nothing(format!("assign[{index}].where"), "no joint"))
+            .collect();
+        joints.sort_by_key(|joint: &NonconformingJoint| joint.blocks);
+        if faults.is_empty() { Ok(joints) } else { Err(faults) }
+    }
+
+    fn joint(&self, faces: [BlockFace; 2], joint: u16, area: f64) -> NonconformingJoint {
+        let [a, b] = if faces[0].block < faces[1].block { faces } else { [faces[1], faces[0]] };
+        let properties = self.deck.joints.values().nth(joint.into());
+        let stiffness = properties.and_then(|joint| joint.stiffness(&self.deck.materials));
+        NonconformingJoint {
+            blocks: [a.block as u32, b.block as u32],
+            faces: [a.face, b.face],
+            joint,
+            area,
+            gap: 0.0,
+            stiffness: stiffness.map_or(0.0, |[normal, _]| normal),
+        }
+    }
+
+    /// Faces of parts that lie on each other in a face of two cells, and their common areas `[m²]`.
+    fn facing(&self, geometry: &Geometry, face: &CommonFace) -> Vec<([BlockFace; 2], f64)> {
+        let [own, other] = [0, 1].map(|side| self.faces_of(face, side));
+        let mut facing = Vec::new();
+        for (vertex, a) in &own {
+            for (beyond, b) in &other {
+                if face.matches {
+                    if vertex == beyond {
+                        facing.push(([*a, *b], a.area(geometry)));
+                    }
+                    continue;
+                }
+                let faces = [*a, *b];
+                let rest = faces.map(|face| face.at_rest(geometry));
+                let blocks = faces.map(|face| face.block);
+                if let Some(overlap) = geometry.face_overlap(blocks, &rest, [0.0; 2]) {
+                    facing.push((faces, overlap.area));
+                }
+            }
+        }
+        facing
+    }
+
+    /// Faces of the parts in a face of one of its two cells, each with the vertex of its part.
+    fn faces_of(&self, face: &CommonFace, side: usize) -> Vec<(u32, BlockFace)> {
+        let (cell, number) = (face.cells[side] as usize, face.faces[side]);
+        let of = |(at, part): (usize, &CellPart)| {
+            let direction = part.faces.iter().position(|&face| face == number)?;
+            let block = self.first[cell] + at;
+            Some((part.vertex, BlockFace { block, face: FaceId { direction, upper: false } }))
+        };
+        self.parts[cell].iter().enumerate().filter_map(of).collect()
+    }
+
+    /// Fault of joined cells whose faces do not match, because a cut ended between them.
+    fn unmatched(&self, face: &CommonFace) -> Fault {
+        let [a, b] = face.cells;
+        let plane = &self.rock.complex.planes()[face.plane as usize];
+        let place = match plane.source {
+            PlaneSource::Cut(cut) => format!("cut[{cut}].join"),
+            PlaneSource::Region => format!("region[{}]", self.region(a as usize)),
+        };
+        let message = format!(
+            "cells {a} and {b} are joined at a plane where another cut ends: such blocks cannot be run yet"
+        );
+        let help = "let the cuts go through the whole region, or give this cut a `joint`";
+        Fault::new(ErrorCode::NotSupported, place, message).help(help)
+    }
+}
+
+/// Place of a node on the surface of a part: the corners around it with their weights, which are
+/// the same in every part that has the node.
+fn place(corners: &[u32; 8], steps: [u64; 3], n: u64) -> Vec<(u32, u64)> {
+    let weight = |corner: usize| -> u64 {
+        (0..3).map(|d| if corner >> d & 1 == 1 { steps[d] } else { n - steps[d] }).product()
+    };
+    let all = corners.iter().enumerate().map(|(corner, &id)| (id, weight(corner)));
+    let mut place: Vec<(u32, u64)> = all.filter(|(_, weight)| *weight > 0).collect();
+    place.sort_unstable();
+    place
+}

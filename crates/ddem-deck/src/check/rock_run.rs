@@ -1,0 +1,61 @@
+//! Entries that do not act on regions yet, by name.
+
+use super::{ErrorCode, Faults};
+use crate::schema::{Body, Deck, RockRegion, SmallKind};
+
+/// Faults of a deck with regions that a run does not support yet.
+pub(super) fn check(deck: &Deck, faults: &mut Faults) {
+    if deck.region.is_empty() {
+        return;
+    }
+    let mut refuse = |place: String, message: &str, help: &str| {
+        faults.add_help(ErrorCode::NotSupported, place, message, help);
+    };
+    if !deck.blocks.is_empty() {
+        let message = "sets of blocks beside regions cannot be run yet";
+        refuse("blocks[0]".into(), message, "cut the blocks from a region, too");
+    }
+    if deck.model.contact == Some(true) {
+        let message = "blocks of regions do not find contacts yet";
+        let help =
+            "leave `contact` out: their joints act as springs with friction once they have failed";
+        refuse("model.contact".into(), message, help);
+    }
+    for (i, region) in deck.region.iter().enumerate() {
+        for (key, message) in of_region(region) {
+            let help = "leave it out: deformable blocks have the rock's own stiffness";
+            refuse(format!("region[{i}].{key}"), message, help);
+        }
+    }
+    let sections = [
+        ("refine", !deck.refine.is_empty(), "blocks of regions cannot be refined yet"),
+        ("charge", !deck.charge.is_empty(), "charges do not act on regions yet"),
+        ("boundary", !deck.boundary.is_empty(), "boundaries do not act on regions yet"),
+    ];
+    for (section, given, message) in sections {
+        if given {
+            refuse(format!("{section}[0]"), message, "leave it out, or model sets of blocks");
+        }
+    }
+    for (i, _) in deck.load.iter().enumerate().filter(|(_, load)| load.line.is_some()) {
+        let message = "line loads do not act on regions yet";
+        let help = "give a `force` on the nodes of the line, or a `traction` on a face";
+        refuse(format!("load[{i}].line"), message, help);
+    }
+    for (i, entry) in deck.assign.iter().enumerate() {
+        let keys = [("from", entry.from.is_some()), ("until", entry.until.is_some())];
+        if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given) {
+            let message = "joints and materials of regions do not change with stages yet";
+            refuse(format!("assign[{i}].{key}"), message, "assign them from the start");
+        }
+    }
+}
+
+/// Keys of a region that are not supported yet, with messages.
+fn of_region(region: &RockRegion) -> impl Iterator<Item = (&'static str, &'static str)> {
+    let rigid = (region.body == Body::Rigid)
+        .then_some(("body", "rigid blocks of regions cannot be run yet"));
+    let small = (region.small.is == SmallKind::Rigid)
+        .then_some(("small.is", "thin blocks of regions cannot be rigid yet"));
+    rigid.into_iter().chain(small)
+}

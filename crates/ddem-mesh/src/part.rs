@@ -1,0 +1,127 @@
+//! Parts of cells: blocks that are hexahedra of any shape.
+//!
+//! A part is a lattice of one cell. The lattice has the parallelepiped with the same mean edges, and
+//! [`PartShape`] the true corners. Nodes are at equal steps of the trilinear map, so that their
+//! deviations from the parallelepiped have no mean and no first moments.
+
+use std::sync::Arc;
+
+use nalgebra::Matrix3;
+
+use crate::{Lattice, NO_JOINT, Topology, Vec3};
+use ddem_mechanics::element::hexahedron::HexahedronElement;
+use ddem_mechanics::element::{Elastic, ElementKind};
+
+/// Steps of Newton's method for the coordinates of a point.
+const MOST_STEPS: usize = 30;
+
+/// Shape of a part of a cell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartShape {
+    /// Corners, numbered by bits `[m]`.
+    pub corners: [Vec3; 8],
+    /// Number of the block of the user: cells that are joined form one.
+    pub block: u32,
+    /// Number of the cell that it is a part of.
+    pub cell: u32,
+    /// Centroid of the cell `[m]`, by which its parts are selected.
+    pub centroid: Vec3,
+    /// Factor on its inertia, but not on its weight, at least 1.
+    pub inertia: f64,
+}
+
+/// True if an element of a part, divided into `n` elements along each edge, has no volume.
+#[must_use]
+pub fn distorted(part: &PartShape, n: usize) -> bool {
+    let topology = Topology::lattice(n);
+    let sound = |element: usize| {
+        let corners = topology
+            .hex(element)
+            .map(|node| part.point(topology.steps(node).map(|at| at as f64 / n as f64)));
+        // The material does not matter.
+        HexahedronElement::new(&corners, &Elastic::new(1.0, 1.0, 0.0), ElementKind::Standard)
+            .is_some()
+    };
+    !(0..topology.elements()).all(sound)
+}
+
+impl PartShape {
+    /// Point at coordinates from 0 to 1 along the three edges `[m]`.
+    #[must_use]
+    pub fn point(&self, at: [f64; 3]) -> Vec3 {
+        let weight = |corner: usize| -> f64 {
+            (0..3).map(|d| if corner >> d & 1 == 1 { at[d] } else { 1.0 - at[d] }).product()
+        };
+        let corners = self.corners.iter().enumerate();
+        corners.fold(Vec3::zeros(), |sum, (corner, x)| sum + x * weight(corner))
+    }
+
+    /// Mean of the four edges along each direction `[m]`.
+    #[must_use]
+    pub fn edges(&self) -> [Vec3; 3] {
+        [0, 1, 2].map(|d| {
+            let sign = |corner: usize| if corner >> d & 1 == 1 { 0.25 } else { -0.25 };
+            let corners = self.corners.iter().enumerate();
+            corners.fold(Vec3::zeros(), |sum, (corner, x)| sum + x * sign(corner))
+        })
+    }
+
+    /// Mean of the corners `[m]`.
+    #[must_use]
+    pub fn middle(&self) -> Vec3 {
+        self.corners.iter().sum::<Vec3>() / 8.0
+    }
+
+    /// Coordinates of a point along the three edges, from 0 to 1 inside; far outside if Newton's
+    /// method does not find them.
+    #[must_use]
+    pub fn coordinates(&self, x: &Vec3) -> [f64; 3] {
+        let mut at = Vec3::repeat(0.5);
+        for _ in 0..MOST_STEPS {
+            let error = x - self.point(at.into());
+            let column = |d: usize| {
+                let end = |to: f64| {
+                    let mut at = <[f64; 3]>::from(at);
+                    at[d] = to;
+                    self.point(at)
+                };
+                end(1.0) - end(0.0)
+            };
+            let slope = Matrix3::from_columns(&[column(0), column(1), column(2)]);
+            let Some(inverse) = slope.try_inverse() else { return [f64::INFINITY; 3] };
+            let step = inverse * error;
+            at += step;
+            if step.amax() <= 1e-14 {
+                break;
+            }
+            if at.amax() > 1e3 {
+                return [f64::INFINITY; 3];
+            }
+        }
+        at.into()
+    }
+
+    /// Lattice of one cell with the part.
+    #[must_use]
+    pub fn lattice(self, set: usize, material: u16, divisions: usize) -> Lattice {
+        let edges = self.edges();
+        let lengths = edges.map(|edge| edge.norm());
+        Lattice {
+            set,
+            refined: None,
+            origin: self.middle() - edges.iter().sum::<Vec3>() / 2.0,
+            axes: edges.map(|edge| edge.normalize()),
+            divisions,
+            rigid: false,
+            count: [1; 3],
+            cuts: lengths.map(|length| vec![0.0, length]),
+            lengths: lengths.map(|length| vec![length]),
+            gaps: [0; 3].map(|_| vec![0.0; 2]),
+            block: vec![0].into(),
+            material: vec![material].into(),
+            joint: [0; 3].map(|_| vec![NO_JOINT].into()),
+            own_joint: [NO_JOINT; 3],
+            part: Some(Arc::new(self)),
+        }
+    }
+}
