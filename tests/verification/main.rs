@@ -14,6 +14,7 @@ mod beam_cracks;
 mod blasts;
 mod boundaries;
 mod cantilever;
+mod cells;
 mod collisions;
 mod contact_energy;
 mod convergence;

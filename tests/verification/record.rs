@@ -68,6 +68,7 @@ pub(crate) const CASES: &[Case] = &[
     case("Cantilever", "cantilever_standard"),
     case("Cantilever", "cantilever_incompatible"),
     case("Cantilever", "cantilever_default"),
+    case("Cells of a region", "cells_pressed"),
     case("V9 rocking block", "v09_rocking"),
     case("V10 large rotation", "v10_spin"),
     case("V10 large rotation", "v10_spin_rigid"),
