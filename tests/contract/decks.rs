@@ -96,3 +96,63 @@ every = 3e-5
 pub(crate) fn mixed() -> String {
     format!("{}{MATTER}", MIXED)
 }
+
+/// Cells of a region, some of them joined: a relaxation under weight, then a shock by which joints
+/// fail. Thin cells have scaled inertia.
+pub(crate) const CELLS: &str = "
+title = 'cells'
+[model]
+gravity = [0.0, 0.0, -9.81]
+[materials.rock]
+density = 2400.0
+young = 18e9
+poisson = 0.25
+[joints.seam]
+normal_stiffness = 5e9
+shear_stiffness = 2e9
+cohesion = 2e4
+friction = 35.0
+tension = 1e4
+[[region]]
+name = 'rock'
+box = { from = [0, 0, 0], to = [3, 3, 3] }
+material = 'rock'
+divisions = 4
+[[cut]]
+set = { dip = 40, dip_direction = 130, spacing = 1.1 }
+joint = 'seam'
+[[cut]]
+set = { dip = 80, dip_direction = 250, spacing = 1.3 }
+join = true
+[[cut]]
+set = { dip = 70, dip_direction = 20, spacing = 1.2 }
+joint = 'seam'
+[[fix]]
+where = { z = 0.0 }
+axes = 'xyz'
+[[load]]
+where = { z = 3.0 }
+force = [4e5, 2e5, 1e5]
+from = 'shake'
+history = { ramp = 2e-3 }
+[[stage]]
+name = 'rest'
+kind = 'relax'
+tolerance = 1e-6
+[[stage]]
+name = 'shake'
+kind = 'dynamic'
+duration = 4e-3
+frames = 4
+damping = { ratio = 0.02 }
+[[probe]]
+name = 'top'
+where = { z = 3.0 }
+quantity = 'displacement'
+every = 2e-5
+[[probe]]
+name = 'base'
+where = { z = 0.0 }
+quantity = 'reaction'
+every = 2e-5
+";

@@ -8,6 +8,7 @@ mod shared;
 
 mod bits;
 mod blasts;
+mod cells;
 mod contacts;
 mod decks;
 mod embedding;

@@ -19,6 +19,7 @@ mod ranges;
 pub(crate) mod rules;
 pub(crate) mod sliding;
 pub(crate) mod stage;
+mod whole;
 
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};

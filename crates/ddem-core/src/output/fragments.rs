@@ -89,6 +89,12 @@ impl Snapshot<'_> {
             [fragment.centroid, fragment.velocity] = sums.map(|sum| (sum / mass).into());
         }
         self.pass(&mut fragments);
+        for fragment in &mut fragments {
+            let parts = std::mem::take(&mut fragment.blocks);
+            fragment.blocks = parts.into_iter().map(|part| self.model.whole_block(part)).collect();
+            fragment.blocks.sort_unstable();
+            fragment.blocks.dedup();
+        }
         fragments
     }
 
@@ -109,10 +115,7 @@ impl Snapshot<'_> {
         let joint_states =
             self.model.joint_states(&self.scratch.measured_joints, &self.scratch.measured_contacts);
         joint_states.filter(JointState::holds).for_each(|joint| groups.join(joint.blocks));
-        for nodes in self.model.geometry.tied() {
-            let blocks = nodes.iter().map(|&node| self.model.block_of(node as usize));
-            blocks.clone().zip(blocks.skip(1)).for_each(|(a, b)| groups.join([a, b]));
-        }
+        self.model.tied_blocks().for_each(|blocks| groups.join(blocks));
         let mut fragments: Vec<Fragment> = vec![Fragment::default(); n];
         for block in (0..n).filter(|&block| !self.model.is_removed(block)) {
             let fragment = &mut fragments[groups.lowest(block)];

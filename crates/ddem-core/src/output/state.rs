@@ -136,7 +136,8 @@ impl Snapshot<'_> {
         }
         let ((size, vector, node), model) = (most?, self.model);
         let block = model.block_of(node);
-        Some(Largest { size, vector, set: model.set_name(block), block, point: model.point(node) })
+        let (set, point) = (model.set_name(block), model.point(node));
+        Some(Largest { size, vector, set, block: model.whole_block(block), point })
     }
 
     fn joint_summaries(&self) -> Vec<JointSummary> {

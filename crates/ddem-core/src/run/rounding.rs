@@ -80,6 +80,7 @@ impl Simulation {
         }
         let (force, block) = most;
         let (ratio, joint) = (self.last.ratio(), self.stiffest_joint(block));
+        let block = self.model.whole_block(block);
         Some(RunError::UnreachableTolerance { ratio, tolerance, block, force, joint, far })
     }
 

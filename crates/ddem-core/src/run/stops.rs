@@ -1,5 +1,7 @@
 //! Conditions that stop a run.
 
+use std::collections::BTreeSet;
+
 use super::Simulation;
 use crate::error::{MovingBlock, RunError};
 use crate::model::Model;
@@ -49,6 +51,7 @@ impl Simulation {
     #[must_use]
     pub fn no_equilibrium(&self) -> RunError {
         let (blocks, distance) = self.state.farthest(&self.model);
+        let blocks = blocks.map(|block| self.model.whole_block(block));
         let (ratio, failed) = (self.last.ratio(), self.state.failed.iter().sum());
         RunError::NoEquilibrium { blocks, distance, moving: self.moving_blocks(), ratio, failed }
     }
@@ -57,7 +60,12 @@ impl Simulation {
     /// decreasing displacement in the stage.
     #[must_use]
     pub fn moving_blocks(&self) -> Vec<MovingBlock> {
-        self.state.moving(&self.model)
+        let mut seen = BTreeSet::new();
+        let whole = |moving: MovingBlock| {
+            let block = self.model.whole_block(moving.block);
+            seen.insert(block).then_some(MovingBlock { block, ..moving })
+        };
+        self.state.moving(&self.model).into_iter().filter_map(whole).collect()
     }
 
     /// Checks the sums and contacts of a step or a measurement.
@@ -72,6 +80,7 @@ impl Simulation {
     /// Error of forces that are not finite.
     pub(super) fn diverged(&self) -> RunError {
         let (block, node) = self.worst_node();
+        let block = self.model.whole_block(block);
         RunError::Diverged { step: self.state.steps, time: self.state.time, block, node }
     }
 
@@ -163,7 +172,8 @@ impl Simulation {
             tolerance,
             max_steps,
             failed: self.state.failed.iter().sum(),
-            fastest: (distance > 0.0).then(|| (block, self.model.set_name(block), distance)),
+            fastest: (distance > 0.0)
+                .then(|| (self.model.whole_block(block), self.model.set_name(block), distance)),
         }
     }
 

@@ -28,7 +28,7 @@ fn linked_blocks<'a>(
 ) -> impl Iterator<Item = [usize; 2]> + use<'a> {
     let joints = model.joint_states(&state.broken_joints, &state.contacts);
     let joints = joints.filter(|joint| !joint.is_released()).map(|joint| joint.blocks);
-    joints.chain(contacts(model, state))
+    joints.chain(contacts(model, state)).chain(model.tied_blocks())
 }
 
 /// Pairs of blocks with failed pairs between them, or in contact; some occur twice.

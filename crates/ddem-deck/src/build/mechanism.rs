@@ -43,6 +43,7 @@ fn fault(
         None => "the model".to_owned(),
         Some(block) => {
             let set = deck.set_name(geometry.set(block));
+            let block = geometry.part(block).map_or(block, |part| part.block as usize);
             format!("block {block} of the set `{set}`, with what is joined to it,")
         }
     };

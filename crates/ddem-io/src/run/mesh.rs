@@ -27,7 +27,7 @@ pub(super) fn blocks(model: &Model) -> OutputMesh {
         let of = |block| std::iter::repeat_n(value(block), model.elements_of(block).len());
         (0..model.n_blocks()).flat_map(of).collect()
     };
-    let block = per_cell(&|block| block as i32);
+    let block = per_cell(&|block| model.whole_block(block) as i32);
     let material = per_cell(&|block| i32::from(model.material(block)));
     let mut fields = vec![("block", Location::Cell, block), ("material", Location::Cell, material)];
     if (0..model.n_blocks()).any(|block| model.is_rigid(block)) {

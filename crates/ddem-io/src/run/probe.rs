@@ -25,6 +25,8 @@ pub(super) struct Sampler {
 struct Value {
     block: usize,
     number: usize,
+    /// Part of it in a mean: tied nodes, which are at one place, count as one.
+    weight: f64,
 }
 
 impl Sampler {
@@ -33,7 +35,7 @@ impl Sampler {
         deck: &Deck,
         model: &Model,
     ) -> Result<Self, Fault> {
-        let nodes = match (&probe.at, &probe.r#where) {
+        let nodes: Vec<u32> = match (&probe.at, &probe.r#where) {
             (Some(at), _) => vec![model.nearest_node(*at) as u32],
             (None, Some(selector)) => selector.nodes(model).map_err(|mut fault| {
                 fault.place = format!("probe[{index}].{}", fault.place);
@@ -49,12 +51,19 @@ impl Sampler {
             (Some(FieldLocation::Element), at) => {
                 let elements = at.map(|at| vec![model.element_at(at)]);
                 let elements = elements.unwrap_or_else(|| model.elements_at(&nodes)).into_iter();
-                let number = |(block, at)| Value { block, number: model.element(block, at) };
+                let number =
+                    |(block, at)| Value { block, number: model.element(block, at), weight: 1.0 };
                 elements.map(number).collect()
             }
             _ => {
-                let nodes = nodes.into_iter().map(|node| node as usize);
-                nodes.map(|number| Value { block: model.block_of(number), number }).collect()
+                let value = |&node: &u32| {
+                    let tied = model.geometry().ties.with(node).iter();
+                    let chosen = tied.filter(|node| nodes.binary_search(node).is_ok()).count();
+                    let number = node as usize;
+                    let weight = 1.0 / chosen.max(1) as f64;
+                    Value { block: model.block_of(number), number, weight }
+                };
+                nodes.iter().map(value).collect()
             }
         };
         if field.is_some_and(|field| field.unit == "Pa") {
@@ -88,11 +97,11 @@ impl Sampler {
         let snapshot = simulation.snapshot();
         let mut numbers = vec![0.0; field.components];
         let (mut sum, mut count) = (numbers.clone(), 0.0);
-        for &Value { block, number } in &self.values {
+        for &Value { block, number, weight } in &self.values {
             if !snapshot.model().is_removed(block) {
                 snapshot.fill(field, number..number + 1, &mut numbers);
-                sum.iter_mut().zip(&numbers).for_each(|(sum, x)| *sum += x);
-                count += 1.0;
+                sum.iter_mut().zip(&numbers).for_each(|(sum, x)| *sum += x * weight);
+                count += weight;
             }
         }
         // The mean is NaN if no block is left.

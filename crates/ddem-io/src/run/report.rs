@@ -287,7 +287,7 @@ pub(super) fn report(
     let [breakable_joints, breakable_pairs] = model.n_breakable().map(|count| count as u64);
     Report {
         title: deck.title.clone(),
-        blocks: model.n_blocks() as u64,
+        blocks: model.n_whole_blocks() as u64,
         nodes: model.n_nodes() as u64,
         elements: model.n_elements() as u64,
         joints: model.n_joints() as u64,

@@ -250,7 +250,7 @@ impl Session {
         Summary {
             version: env!("CARGO_PKG_VERSION").to_owned(),
             title: site.deck().title.clone(),
-            blocks: model.n_blocks() as u64,
+            blocks: model.n_whole_blocks() as u64,
             nodes: model.n_nodes() as u64,
             elements: model.n_elements() as u64,
             pairs: model.n_pairs() as u64,

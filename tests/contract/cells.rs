@@ -1,0 +1,58 @@
+//! Cells of regions: the same bits however they are run, and results by whole blocks.
+
+use ddem_core::Simd;
+
+use super::bits::output_bits;
+use super::decks::CELLS;
+use super::resume::everything;
+use super::shared::{Frames, How, deck, run, run_into};
+
+#[test]
+fn fields_of_cells_are_identical_for_any_threads_and_simd() {
+    assert!(deck(CELLS).build().expect("a model").n_nodes() > 3000);
+    let expected = output_bits(CELLS, 1, Simd::default(), 200);
+    assert!(expected.0 != [0; 2], "no pair fails");
+    for threads in [2, 3] {
+        assert!(output_bits(CELLS, threads, Simd::default(), 200) == expected, "{threads} threads");
+    }
+    for (name, simd) in Simd::available() {
+        assert!(output_bits(CELLS, 1, simd, 200) == expected, "{name}");
+    }
+}
+
+#[test]
+fn run_of_cells_resumes_to_the_same_bits() {
+    let folder = || tempfile::tempdir().expect("a folder");
+    let (whole, parts) = (folder(), folder());
+    assert!(run_into(CELLS, whole.path(), How::default()));
+    let stopped = How { stop_after: Some(60), ..How::default() };
+    assert!(!run_into(CELLS, parts.path(), stopped), "the run ended early");
+    let resumed = How { threads: 2, resume: true, ..How::default() };
+    assert!(run_into(CELLS, parts.path(), resumed));
+    assert!(everything(whole.path()) == everything(parts.path()));
+}
+
+/// Tied nodes have equal bits, and the files number blocks as `ddem cut` does.
+#[test]
+fn copies_stay_equal_and_blocks_have_the_numbers_of_their_cells() {
+    let model = deck(CELLS).build().expect("a model");
+    let rock = deck(CELLS).cut_regions().expect("cells");
+    let last = *rock.blocks.iter().max().expect("a cell") as usize;
+    assert!(last + 1 < rock.blocks.len(), "no cells are joined");
+    assert_eq!(model.n_whole_blocks(), last + 1);
+    let run = run(CELLS);
+    assert_eq!(run.summary.blocks, last as u64 + 1);
+    let frames = Frames::open(run.path("blocks.vtkhdf"));
+    let moved = frames.last_vectors("displacement");
+    let velocities = frames.last_vectors("velocity");
+    let mut groups = 0;
+    for nodes in model.geometry().ties.groups() {
+        let bits = |field: &[[f64; 3]], node: u32| field[node as usize].map(f64::to_bits);
+        for &node in nodes {
+            assert_eq!(bits(&moved, node), bits(&moved, nodes[0]));
+            assert_eq!(bits(&velocities, node), bits(&velocities, nodes[0]));
+        }
+        groups += 1;
+    }
+    assert!(groups > 1000);
+}
