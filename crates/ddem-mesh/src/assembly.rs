@@ -205,7 +205,7 @@ impl Assembly {
         for pack in packs.packs.iter().filter(|pack| pack.rigid) {
             self.rigid.push(rigid_matter(geometry, pack, &mut nodes));
         }
-        let tied = tied(geometry, &nodes);
+        let tied = geometry.summed_over_ties(&nodes);
         let mut index = HashMap::new();
         for pack in &packs.packs {
             let divisions = packs.numbering_of(pack).divisions;
@@ -222,24 +222,6 @@ impl Assembly {
         }
         self.remove_joint_elements(packs);
     }
-}
-
-/// Mass of each node and its three diagonal stiffnesses, summed over the nodes that it is tied to;
-/// empty without ties.
-fn tied(geometry: &Geometry, nodes: &[[f64; 4]]) -> Vec<[f64; 4]> {
-    let mut groups = geometry.tied().peekable();
-    if groups.peek().is_none() {
-        return Vec::new();
-    }
-    let mut tied = nodes.to_vec();
-    for group in groups {
-        let mut sum = [0.0; 4];
-        for &node in &group {
-            (0..4).for_each(|k| sum[k] += nodes[node as usize][k]);
-        }
-        group.iter().for_each(|&node| tied[node as usize] = sum);
-    }
-    tied
 }
 
 /// Mass properties of the rigid blocks of a pack. The corners get equal masses, so that the

@@ -76,6 +76,24 @@ impl Geometry {
             (left.len() > 1).then_some(left)
         })
     }
+
+    /// Mass of each node and its three diagonal stiffnesses, summed over the nodes that it is tied to;
+    /// empty without ties.
+    pub(crate) fn summed_over_ties(&self, nodes: &[[f64; 4]]) -> Vec<[f64; 4]> {
+        let mut groups = self.tied().peekable();
+        if groups.peek().is_none() {
+            return Vec::new();
+        }
+        let mut tied = nodes.to_vec();
+        for group in groups {
+            let mut sum = [0.0; 4];
+            for &node in &group {
+                (0..4).for_each(|k| sum[k] += nodes[node as usize][k]);
+            }
+            group.iter().for_each(|&node| tied[node as usize] = sum);
+        }
+        tied
+    }
 }
 
 /// Copy of a tied node in the nodal fields.

@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use super::Simulation;
 use crate::error::RunError;
 use crate::state::profile::Phase;
+use crate::step::clustered::{largest_clustered, largest_of_gases};
 use crate::step::preconditioner::{ContactMasses, Preconditioner};
-use crate::step::timestep::{largest_clustered, largest_of_gases};
 
 /// Largest eigenvalue of `M⁻¹K` after scaling; 4 is the limit of stability.
 const LARGEST: f64 = 3.6;

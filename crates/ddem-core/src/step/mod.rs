@@ -5,6 +5,7 @@
 //! forces at each node in one order and moves the nodes, unless it only evaluates them.
 //! [`move_pack`] shows the order of physics inside a pack.
 
+pub(crate) mod clustered;
 mod context;
 mod driving;
 mod first;

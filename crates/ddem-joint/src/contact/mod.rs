@@ -15,7 +15,8 @@
 //! | `surfaces` | stiffness and friction of two faces |
 //! | `friction` | strength that the laws of joints leave to faces |
 //! | `search` | search for near blocks, without those that their joints keep apart |
-//! | `patch_builder`, `side` | pairs of points of a patch, on faces and edges |
+//! | `patch_builder`, `clipped`, `side` | pairs of points of a patch, on faces and edges |
+//! | `matched` | pairs of two faces with equal corners |
 //! | `history` | transfer of history from old points to new ones |
 //! | `forces` | forces of the points |
 //! | `bond` | nonconforming joints |
@@ -26,6 +27,7 @@
 
 mod bond;
 mod bound;
+mod clipped;
 mod configuration;
 mod contact_model;
 mod forces;

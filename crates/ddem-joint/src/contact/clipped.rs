@@ -1,0 +1,86 @@
+//! Part of one face that lies over another, with its points.
+
+use super::ContactPoint;
+use super::side::{ContactSide, are_parallel, node_at};
+use crate::point::JointPoint;
+use ddem_mechanics::collide::{self, Vertex};
+use ddem_mesh::SurfacePoint;
+
+/// Fraction of an element's face area below which a point is ignored.
+const NOTHING: f64 = 1e-9;
+impl ContactPoint {
+    /// Pair of two points for an area `[m²]`, without history.
+    pub(super) fn new(points: [SurfacePoint; 2], area: f64) -> Self {
+        Self { points, pair: JointPoint { area, ..JointPoint::default() }, slip_path: 0.0 }
+    }
+}
+
+/// Callback that receives the corners of polygons and the points inside.
+pub(super) type Polygons<'a> = &'a mut dyn FnMut(&[u32], &[u32]);
+
+/// Part of the finer of two faces that lies over the other.
+pub(super) struct ClippedOverlap<'a> {
+    /// Finer side and coarser side.
+    pub(super) sides: [&'a ContactSide<'a>; 2],
+    /// Block of the finer face, 0 or 1.
+    pub(super) fine: usize,
+    /// Number of the point at each node of the finer side, or `usize::MAX`.
+    pub(super) at_node: Vec<usize>,
+    pub(super) points: Vec<ContactPoint>,
+}
+
+impl ClippedOverlap<'_> {
+    /// Adds the part of an element that lies over an outline.
+    pub(super) fn add(
+        &mut self,
+        element: [usize; 2],
+        quad: &[[f64; 2]; 4],
+        outline: &[[f64; 2]; 4],
+    ) {
+        for vertex in collide::overlap(quad, outline).as_slice() {
+            self.put(element, vertex);
+        }
+    }
+
+    /// Adds the part of an element over an outline. It also adds inner points where areas at the
+    /// corners do not integrate the shape functions of both sides exactly. Returns the corners and
+    /// the inner points.
+    pub(super) fn add_inside(
+        &mut self,
+        element: [usize; 2],
+        quad: &[[f64; 2]; 4],
+        outline: &[[f64; 2]; 4],
+    ) -> (Vec<u32>, Vec<u32>) {
+        let part = collide::overlap(quad, outline);
+        if are_parallel(quad, outline) {
+            let corners = part.as_slice().iter().filter_map(|vertex| self.put(element, vertex));
+            return (corners.collect(), Vec::new());
+        }
+        let (corners, inside) = part.squares();
+        let mut put = |vertices: &[Vertex]| {
+            vertices.iter().filter_map(|vertex| self.put(element, vertex)).collect()
+        };
+        (put(&corners), put(&inside))
+    }
+
+    /// Adds a point, or adds its area to the point at the same node. Returns the point's number.
+    fn put(&mut self, [i, k]: [usize; 2], vertex: &Vertex) -> Option<u32> {
+        let [fine, coarse] = self.sides;
+        let n = fine.contact_block.topology.divisions();
+        if vertex.area <= NOTHING * fine.element {
+            return None;
+        }
+        let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
+        if let Some(known) = node.map(|node| self.at_node[node]).filter(|&p| p != usize::MAX) {
+            self.points[known].pair.area += vertex.area;
+            return Some(known as u32);
+        }
+        if let Some(node) = node {
+            self.at_node[node] = self.points.len();
+        }
+        let mut points = [SurfacePoint::new([i, k], vertex.on); 2];
+        points[1 - self.fine] = coarse.surface_point(vertex.at);
+        self.points.push(ContactPoint::new(points, vertex.area));
+        Some(self.points.len() as u32 - 1)
+    }
+}
