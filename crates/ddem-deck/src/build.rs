@@ -87,11 +87,11 @@ impl BuiltDeck {
         let names = Names::new(deck);
         let regions = !deck.region.is_empty();
         let cut = if regions { rock::cut_rock(deck, &names) } else { geometry::cut(deck, &names) };
-        let Cut { geometry, sets, mut selections } = cut?;
+        let Cut { geometry, sets, mut selections, joints } = cut?;
         let (stages, excavated) = geometry::stages((deck, &names), Arc::new(geometry), &sets)?;
         selections.extend(excavated);
         let mut problem = Problem {
-            properties: properties::properties(deck),
+            properties: properties::properties(deck, joints),
             stages,
             conditions: Conditions::default(),
             boundaries: Boundaries::default(),

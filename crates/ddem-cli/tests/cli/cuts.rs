@@ -23,6 +23,34 @@ fn column(text: &str, name: &str) -> Vec<f64> {
     lines.map(|line| line.split(',').nth(at).unwrap().parse().unwrap()).collect()
 }
 
+/// Two blocks of two cells each.
+const RUN: &str = "
+[model]
+gravity = [0, 0, -9.81]
+[materials.rock]
+density = 2700.0
+young = 10e9
+poisson = 0.25
+[joints.seam]
+normal_stiffness = 5e9
+shear_stiffness = 2e9
+cohesion = 1e6
+friction = 30.0
+[[region]]
+name = 'rock'
+box = { from = [0, 0, 0], to = [1, 2, 3] }
+material = 'rock'
+[[cut]]
+plane = { dip = 30, dip_direction = 90, through = [0.5, 1, 1.5] }
+joint = 'seam'
+[[cut]]
+plane = { dip = 80, dip_direction = 0, through = [0.5, 1, 1.5] }
+join = true
+[[fix]]
+where = { z = 0.0 }
+axes = 'xyz'
+";
+
 #[test]
 fn the_blocks_of_the_example_fill_the_slope() {
     let desk = Desk::new();
@@ -61,16 +89,22 @@ fn the_blocks_of_the_example_fill_the_slope() {
 }
 
 #[test]
-fn decks_with_regions_are_cut_but_not_run() {
+fn decks_with_regions_run_with_the_numbers_of_their_blocks() {
     let desk = Desk::new();
-    desk.write("cut.toml", &example());
-    for arguments in ["cut.toml", "cut.toml --check"] {
-        let outcome = desk.run(arguments);
-        assert_eq!((outcome.status, outcome.stdout.as_str()), (Some(2), ""));
-        assert!(outcome.stderr.contains("cannot be run yet"), "{}", outcome.stderr);
-        assert!(outcome.stderr.contains("ddem cut deck.toml"), "{}", outcome.stderr);
-    }
-    assert_eq!(desk.names(), ["cut.toml"]);
+    let text = RUN.to_owned() + "[[stage]]\nname = 'rest'\nkind = 'relax'\ntolerance = 1e-6\n";
+    desk.write("cells.toml", &text);
+    let cut = desk.run("cut cells.toml");
+    assert!(cut.stdout.starts_with("4 cells in 2 blocks, "), "{}", cut.stdout);
+    let outcome = desk.run("cells.toml --check");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    assert!(outcome.stdout.contains("blocks         2\n"), "{}", outcome.stdout);
+    let outcome = desk.run("cells.toml");
+    assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    assert!(
+        outcome.stdout.contains("fragments      1, the largest of 6.000 m³"),
+        "{}",
+        outcome.stdout
+    );
 }
 
 #[test]

@@ -31,7 +31,7 @@ impl Supports<'_> {
             let (now, force) = (v[at].0[lane], f[at].0[lane]);
             let whole = motion.force_for(now, target, coefficients.at(at, lane)) - force;
             f[at].0[lane] = force + whole;
-            *reaction = whole / support.copies;
+            *reaction = whole * support.share;
         }
     }
 

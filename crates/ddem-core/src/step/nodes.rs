@@ -78,6 +78,23 @@ pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
 /// Computes the sums of a relaxation, which moves the nodes by a pass of its own.
 #[simd]
 pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+    let mut sums = StepSums { applied: part.sums.applied, ..StepSums::default() };
+    match pack.share {
+        Some(_) => relaxation_tally::<S, true>(simd, pack, part, &mut sums),
+        None => relaxation_tally::<S, false>(simd, pack, part, &mut sums),
+    }
+    sums.supports[0] = pack.supports.power(part.blocks.v.get(), part.reactions);
+    *part.sums = sums;
+}
+
+/// Adds the sums over the nodes of a pack, `TIED` if some of them are.
+#[inline(always)]
+fn relaxation_tally<S: Simd, const TIED: bool>(
+    simd: S,
+    pack: &PackContext<'_>,
+    part: &PackFields<'_>,
+    sums: &mut StepSums,
+) {
     const N: usize = Sum::Power as usize + 1;
     let v = part.blocks.v.get();
     let mut tally = NodeSums::<S, N>::new(simd);
@@ -85,10 +102,9 @@ pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &m
     let (nodes, velocities) = (part.f.as_chunks::<3>().0, v.as_chunks::<3>().0);
     for (number, (f, v)) in nodes.chunks(row).zip(velocities.chunks(row)).enumerate() {
         for (node, (f, v)) in (number * row..).zip(f.iter().zip(v)) {
-            let share = share_of(simd, pack.share, node);
             for c in 0..3 {
                 let (f, v) = (f[c].load(simd), v[c].load(simd));
-                let shared = f * share;
+                let shared = if TIED { f * share_of(simd, pack.share, node) } else { f };
                 tally.add(Sum::Free, c, f * shared);
                 tally.add(Sum::Power, c, shared * v);
                 if part.loaded {
@@ -100,13 +116,10 @@ pub(super) fn relaxation_sums<S: Simd>(simd: S, pack: &PackContext<'_>, part: &m
         }
         tally.end_row(simd);
     }
-    let mut sums = StepSums { applied: part.sums.applied, ..StepSums::default() };
-    tally.give(&mut sums);
-    sums.supports[0] = pack.supports.power(v, part.reactions);
-    *part.sums = sums;
+    tally.give(sums);
 }
 
-/// Part of a node in the sums over its tied nodes; 1 without ties, which changes no bit.
+/// Part of a node in the sums over its tied nodes; 1 without ties.
 #[inline(always)]
 fn share_of<S: Simd>(simd: S, shares: Option<&[Lanes]>, node: usize) -> f64x4<S> {
     shares.map_or(splat(simd, 1.0), |shares| shares[node].load(simd))
@@ -136,10 +149,15 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     let drawn = pack.dashpots.power(v, dashpot_forces);
     let forces = NodeForces { all: f, loads: loaded.then_some(&**q), viscous };
     match (unusual, *loaded, damped) {
-        (true, ..) => accelerate::<S, { Sum::COUNT }>(simd, energy, pack, forces, v, &mut own),
-        (_, true, _) => accelerate::<S, LOADED>(simd, false, pack, forces, v, &mut own),
-        (_, _, true) => accelerate::<S, DAMPED>(simd, false, pack, forces, v, &mut own),
-        _ => accelerate::<S, FREE>(simd, false, pack, forces, v, &mut own),
+        (true, ..) if pack.share.is_some() => {
+            accelerate::<S, { Sum::COUNT }, true>(simd, energy, pack, forces, v, &mut own);
+        }
+        (true, ..) => {
+            accelerate::<S, { Sum::COUNT }, false>(simd, energy, pack, forces, v, &mut own);
+        }
+        (_, true, _) => accelerate::<S, LOADED, false>(simd, false, pack, forces, v, &mut own),
+        (_, _, true) => accelerate::<S, DAMPED, false>(simd, false, pack, forces, v, &mut own),
+        _ => accelerate::<S, FREE, false>(simd, false, pack, forces, v, &mut own),
     }
     pack.supports.enforce(v);
     own.supports[1] = pack.supports.power(v, reactions);
@@ -175,7 +193,7 @@ struct NodeForces<'a> {
 /// Advances the velocities of the nodes of a pack, and takes the first `N` sums over them. Local
 /// and viscous damping, and the sums of `energy`, are only in use with all sums.
 #[inline(always)]
-fn accelerate<S: Simd, const N: usize>(
+fn accelerate<S: Simd, const N: usize, const TIED: bool>(
     simd: S,
     energy: bool,
     pack: &PackContext<'_>,
@@ -195,7 +213,7 @@ fn accelerate<S: Simd, const N: usize>(
         let viscous = (all && !forces.viscous.is_empty()).then(|| of(forces.viscous));
         for (node, v) in v.as_chunks_mut::<3>().0.iter_mut().enumerate() {
             let mut share = splat(simd, 1.0);
-            if all {
+            if TIED {
                 share = share_of(simd, pack.share, number * row / 3 + node);
             }
             for c in 0..3 {
@@ -207,10 +225,10 @@ fn accelerate<S: Simd, const N: usize>(
                 let numbers = [a[node][c].load(simd), b[node][c].load(simd)];
                 let new = advanced(numbers, old, force - damping_force);
                 v[c] = Lanes::from(new);
-                tally.add(Sum::Free, c, if all { force * force * share } else { force * force });
+                tally.add(Sum::Free, c, if TIED { force * force * share } else { force * force });
                 if N >= DAMPED {
                     damping_force += damping[node][c].load(simd) * ((old + new) * 0.5);
-                    if all {
+                    if TIED {
                         damping_force *= share;
                     }
                     if let Some(viscous) = viscous {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, SimdBase, dispatch};
+use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
 use super::rigid::follow_corners;
@@ -63,28 +63,11 @@ fn run_relaxing<S: Simd>(
         let row = packs.numbering_of(pack).divisions + 1;
         let class = model.assembly.pack_inertia[index] as usize;
         let shares = model.assembly.inertia[class].tied.as_ref().map(|tied| &tied.share[..]);
-        let mut tally = NodeSums::<S, { Sum::Moved as usize + 1 }>::new(simd);
-        let mut fastest = splat(simd, 0.0);
-        let rows = u.as_chunks_mut::<3>().0.chunks_mut(row);
-        let velocities = v.as_chunks_mut::<3>().0.chunks_mut(row);
-        for (number, (u, v)) in rows.zip(velocities).enumerate() {
-            for (node, (u, v)) in (number * row..).zip(u.iter_mut().zip(v)) {
-                let share = shares.map_or(splat(simd, 1.0), |shares| shares[node].load(simd));
-                for c in 0..3 {
-                    let at = 3 * node + c;
-                    let new = a * v[c].load(simd) + b * q[at].load(simd);
-                    let shared = new * share;
-                    tally.add(Sum::Power, c, f[nodes.start + at].load(simd) * shared);
-                    tally.add(Sum::Moved, c, new * shared);
-                    fastest = fastest.max(new.abs());
-                    v[c] = Lanes::from(new);
-                    u[c] = Lanes::from(u[c].load(simd) + new);
-                }
-            }
-            tally.end_row(simd);
-        }
-        let mut sums = StepSums { fastest: Lanes::from(fastest), ..StepSums::default() };
-        tally.give(&mut sums);
+        let nodes = RelaxingNodes { row, start: nodes.start, f, q, shares };
+        let sums = match shares {
+            Some(_) => move_nodes::<S, true>(simd, [a, b], nodes, u, v),
+            None => move_nodes::<S, false>(simd, [a, b], nodes, u, v),
+        };
         fields.sums[index - run.start] = sums;
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
@@ -94,4 +77,54 @@ fn run_relaxing<S: Simd>(
             fields.frames[index - run.start] = fit_pack(simd, model, index, u);
         }
     }
+}
+
+/// Nodes of a pack in a relaxation.
+struct RelaxingNodes<'a> {
+    /// Nodes of a row.
+    row: usize,
+    /// Index of the first value in a nodal field.
+    start: usize,
+    /// Forces on the nodes of all packs `[N]`.
+    f: &'a [Lanes],
+    /// Accelerations.
+    q: &'a [Lanes],
+    /// Parts of the nodes in the sums over tied nodes, if there are any.
+    shares: Option<&'a [Lanes]>,
+}
+
+/// Moves the nodes of a pack, `TIED` if some of them are. Returns the sums.
+#[inline(always)]
+fn move_nodes<S: Simd, const TIED: bool>(
+    simd: S,
+    [a, b]: [f64x4<S>; 2],
+    RelaxingNodes { row, start, f, q, shares }: RelaxingNodes<'_>,
+    u: &mut [Lanes],
+    v: &mut [Lanes],
+) -> StepSums {
+    let mut tally = NodeSums::<S, { Sum::Moved as usize + 1 }>::new(simd);
+    let mut fastest = splat(simd, 0.0);
+    let rows = u.as_chunks_mut::<3>().0.chunks_mut(row);
+    let velocities = v.as_chunks_mut::<3>().0.chunks_mut(row);
+    for (number, (u, v)) in rows.zip(velocities).enumerate() {
+        for (node, (u, v)) in (number * row..).zip(u.iter_mut().zip(v)) {
+            for c in 0..3 {
+                let at = 3 * node + c;
+                let new = a * v[c].load(simd) + b * q[at].load(simd);
+                let mut shared = new;
+                if TIED && let Some(shares) = shares {
+                    shared *= shares[node].load(simd);
+                }
+                tally.add(Sum::Power, c, f[start + at].load(simd) * shared);
+                tally.add(Sum::Moved, c, new * shared);
+                fastest = fastest.max(new.abs());
+                v[c] = Lanes::from(new);
+                u[c] = Lanes::from(u[c].load(simd) + new);
+            }
+        }
+        tally.end_row(simd);
+    }
+    let mut sums = StepSums { fastest: Lanes::from(fastest), ..StepSums::default() };
+    tally.give(&mut sums);
+    sums
 }

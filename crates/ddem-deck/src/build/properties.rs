@@ -9,8 +9,8 @@ use ddem_core::problem::Vec3;
 use ddem_core::problem::{ContactProperties, JointElasticity, JointProperties, Properties};
 
 /// Properties and settings of a deck without faults; materials and joints are in the order of their
-/// names.
-pub(super) fn properties(deck: &Deck) -> Properties {
+/// names. Joints that the deck does not name follow.
+pub(super) fn properties(deck: &Deck, more: Vec<JointProperties>) -> Properties {
     let contact = &deck.contact;
     Properties {
         gravity: Vec3::from(deck.model.gravity),
@@ -26,7 +26,7 @@ pub(super) fn properties(deck: &Deck) -> Properties {
             damping: contact.damping_ratio(),
         },
         materials: deck.materials.values().map(elastic).collect(),
-        joints: deck.joints.iter().map(|joint| joint_properties(deck, joint)).collect(),
+        joints: deck.joints.iter().map(|joint| joint_properties(deck, joint)).chain(more).collect(),
     }
 }
 

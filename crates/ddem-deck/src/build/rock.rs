@@ -2,6 +2,7 @@
 
 mod blocks;
 mod cuts;
+mod joints;
 mod shape;
 
 pub(in crate::build) use blocks::cut as cut_rock;

@@ -16,6 +16,7 @@ mod messages;
 mod model_messages;
 mod notation;
 mod rock;
+mod rock_run;
 mod run_messages;
 mod selection;
 mod selectors;

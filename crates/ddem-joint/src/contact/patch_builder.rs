@@ -17,9 +17,7 @@ use super::{
     Patch,
 };
 use crate::point::PairContext;
-use ddem_mechanics::collide::{
-    self, ContactFeature, EdgeId, FaceId, Parallelepiped, Separation,
-};
+use ddem_mechanics::collide::{self, ContactFeature, EdgeId, FaceId, Parallelepiped, Separation};
 use ddem_mechanics::law::{Equilibrium, PointState, Traction};
 use ddem_mesh::{NonconformingJoint, SurfacePoint, Vec3};
 

@@ -19,9 +19,8 @@ pub(crate) struct SupportedAxis {
     /// Number of the fix that prescribes its velocity.
     pub(crate) fix: u32,
     pub(crate) node: u32,
-    /// Number of tied nodes that move together, 1 for a node that is not tied. They share the
-    /// reaction.
-    pub(crate) copies: f64,
+    /// Part of the reaction that the node has: tied nodes share it evenly.
+    pub(crate) share: f64,
 }
 
 /// Forces that programs apply to nodes `[N]`, by node.
@@ -84,10 +83,10 @@ impl NodeSlots<'_> {
         for (fix, entry) in fixed.filter(|(_, entry)| entry.in_force.has(stage)) {
             for node in self.with_ties(&entry.nodes) {
                 let Some(NodeSlot { pack, at, lane }) = self.of(node) else { continue };
-                let copies = self.copies(node);
+                let share = 1.0 / self.copies(node);
                 for axis in (0..3u8).filter(|&axis| entry.axes[axis as usize]) {
                     let (at, fix) = (at + u32::from(axis), fix as u32);
-                    supports.push((pack, SupportedAxis { at, lane, axis, fix, node, copies }));
+                    supports.push((pack, SupportedAxis { at, lane, axis, fix, node, share }));
                 }
             }
         }

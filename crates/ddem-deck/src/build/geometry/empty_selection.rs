@@ -26,7 +26,7 @@ pub(crate) fn coordinates(x: Vec3) -> String {
 pub(super) fn no_block(fault: Fault, selector: &Selector, lattices: &[Arc<Lattice>]) -> Fault {
     let centres = lattices.iter().filter(|lattice| selector.has_set(lattice.set)).flat_map(|l| {
         let blocks = (0..l.block.len()).filter(|&at| l.has_block(at));
-        blocks.map(|at| l.centre(l.cell(at)))
+        blocks.map(|at| l.part.as_ref().map_or_else(|| l.centre(l.cell(at)), |part| part.centroid))
     });
     let what = "blocks count by their centroid: that of the nearest is";
     nearest(fault, selector, centres, what)

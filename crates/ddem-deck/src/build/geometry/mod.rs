@@ -31,7 +31,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::schema::{Assign, Deck, Remove};
-use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Sets};
+use ddem_core::problem::{BlockFace, FaceId, Geometry, JointProperties, Lattice, Sets};
 use ddem_core::{ErrorCode, Fault};
 
 /// Geometry of a deck at the start, with the sets to which its selectors refer.
@@ -40,6 +40,8 @@ pub(in crate::build) struct Cut {
     pub(in crate::build) sets: Sets,
     /// Blocks that curved and slanted shapes have split or removed.
     pub(in crate::build) selections: Vec<Selection>,
+    /// Joints that the deck does not name, which follow those that it names.
+    pub(in crate::build) joints: Vec<JointProperties>,
 }
 
 /// Cuts the sets, applies `assign` and `remove`, numbers blocks and nodes.
@@ -94,7 +96,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     if !faults.is_empty() {
         return Err(faults);
     }
-    Ok(Cut { geometry, sets, selections })
+    Ok(Cut { geometry, sets, selections, joints: Vec::new() })
 }
 
 impl Selector {

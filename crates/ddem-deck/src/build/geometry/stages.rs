@@ -33,7 +33,9 @@ pub(in crate::build) fn stages(
                 continue;
             }
             let what = (format!("remove[{index}]"), format!("excavate `{}`", entry.name));
-            selections.extend(Selection::new(what, &selector, sets, &before.lattices));
+            if deck.region.is_empty() {
+                selections.extend(Selection::new(what, &selector, sets, &before.lattices));
+            }
             let mut after = before.clone();
             after.remove(&blocks);
             if stage == 0 {

@@ -8,8 +8,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use ddem_core::problem::{
-    BlockFace, FaceId, Geometry, Lattice, NonconformingJoint, PartShape, Set, Sets, Ties, Vec3,
-    bounds_of, distorted,
+    Geometry, Lattice, PartShape, Set, Sets, Ties, Vec3, bounds_of, distorted,
 };
 use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{CellPart, CommonFace, PartPoint, PlaneSource};
@@ -22,15 +21,15 @@ use crate::schema::{Assign, Deck, SmallKind};
 const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
 
 /// Cells of a deck that become blocks.
-struct RockBlocks<'a> {
-    deck: &'a Deck,
-    names: &'a Names,
-    rock: &'a CutRock,
+pub(super) struct RockBlocks<'a> {
+    pub(super) deck: &'a Deck,
+    pub(super) names: &'a Names,
+    pub(super) rock: &'a CutRock,
     sets: Sets,
     /// Parts of each cell; none if it is removed.
-    parts: Vec<Vec<CellPart>>,
+    pub(super) parts: Vec<Vec<CellPart>>,
     /// Block of the first part of each cell.
-    first: Vec<usize>,
+    pub(super) first: Vec<usize>,
 }
 
 /// Geometry of the regions of a deck at the start.
@@ -47,7 +46,8 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
         return Err(faults);
     }
     let geometry = blocks.geometry()?;
-    Ok(Cut { geometry, sets: blocks.sets, selections: Vec::new() })
+    let joints = blocks.stiff_joints(&geometry.nonconforming_joints);
+    Ok(Cut { geometry, sets: blocks.sets, selections: Vec::new(), joints })
 }
 
 /// Sets of a deck: its regions, with the boxes around them.
@@ -76,7 +76,7 @@ impl RockBlocks<'_> {
         self.rock.properties[cell].centroid
     }
 
-    fn region(&self, cell: usize) -> usize {
+    pub(super) fn region(&self, cell: usize) -> usize {
         self.rock.complex.cells()[cell].region as usize
     }
 
@@ -155,7 +155,7 @@ impl RockBlocks<'_> {
         Some(Fault::new(ErrorCode::NotSupported, format!("region[{b}]"), message).help(help))
     }
 
-    fn both_exist(&self, face: &CommonFace) -> bool {
+    pub(super) fn both_exist(&self, face: &CommonFace) -> bool {
         face.cells.iter().all(|&cell| !self.parts[cell as usize].is_empty())
     }
 
@@ -168,7 +168,7 @@ impl RockBlocks<'_> {
             for part in &self.parts[cell] {
                 let shape = self.shape(cell, part);
                 if distorted(&shape, n) {
-                    return Err(vec![self.twisted(cell)]);
+                    return Err(vec![twisted(cell, self.region(cell))]);
                 }
                 lattices.push(Arc::new(shape.lattice(set, materials[cell], n)));
             }
@@ -198,13 +198,6 @@ impl RockBlocks<'_> {
         }
     }
 
-    fn twisted(&self, cell: usize) -> Fault {
-        let message = format!("cell {cell} is so distorted that its elements have no volume");
-        let help = "move the planes that cut it a little; `ddem cut` lists them";
-        let place = format!("region[{}]", self.region(cell));
-        Fault::new(ErrorCode::InvalidGeometry, place, message).help(help)
-    }
-
     /// Material of each cell.
     fn materials(&self) -> Result<Vec<u16>, Vec<Fault>> {
         let of =
@@ -227,7 +220,7 @@ impl RockBlocks<'_> {
         if faults.is_empty() { Ok(materials) } else { Err(faults) }
     }
 
-    fn assigned(&self) -> impl Iterator<Item = (usize, &Assign, Selector)> {
+    pub(super) fn assigned(&self) -> impl Iterator<Item = (usize, &Assign, Selector)> {
         let entries = self.deck.assign.iter().enumerate();
         entries.map(|(index, entry)| (index, entry, Selector::new(&entry.r#where, &self.sets)))
     }
@@ -262,115 +255,13 @@ impl RockBlocks<'_> {
         }
         Ties::new(nodes.into_values())
     }
+}
 
-    /// Joints between parts of cells that are not joined, sorted by their blocks.
-    fn joints(&self, geometry: &Geometry) -> Result<Vec<NonconformingJoint>, Vec<Fault>> {
-        let assigned: Vec<(usize, u16, Selector)> = self
-            .assigned()
-            .filter_map(|(index, entry, selector)| {
-                Some((index, self.names.joint(entry.joint.as_ref()?)?, selector))
-            })
-            .collect();
-        let mut used = vec![false; assigned.len()];
-        let mut joints = Vec::new();
-        for face in self.rock.common.iter().filter(|face| self.both_exist(face)) {
-            let [a, b] = face.cells.map(|cell| self.rock.blocks[cell as usize]);
-            let plane = &self.rock.complex.planes()[face.plane as usize];
-            if plane.joined && face.matches || (a == b && face.matches) {
-                continue;
-            }
-            if plane.joined || a == b {
-                return Err(vec![self.unmatched(face)]);
-            }
-            let PlaneSource::Cut(number) = plane.source else { continue };
-            let own = self.deck.cut[number as usize].joint.as_ref();
-            let Some(own) = own.and_then(|name| self.names.joint(name)) else { continue };
-            for (faces, area) in self.facing(geometry, face) {
-                let (centre, normal) = (faces[0].centre(geometry), faces[0].outward(geometry));
-                let mut joint = own;
-                for (at, (_, other, selector)) in assigned.iter().enumerate() {
-                    let in_set =
-                        face.cells.iter().any(|&c| selector.has_set(self.region(c as usize)));
-                    if in_set && selector.contains_face(&centre, &normal) {
-                        (joint, used[at]) = (*other, true);
-                    }
-                }
-                joints.push(self.joint(faces, joint, area));
-            }
-        }
-        let unused = assigned
-            .iter()
-            .zip(used)
-            .filter(|((index, ..), used)| !used && self.deck.assign[*index].material.is_none());
-        let faults: Vec<Fault> = unused
-            .map(|((index, ..), _)| nothing(format!("assign[{index}].where"), "no joint"))
-            .collect();
-        joints.sort_by_key(|joint: &NonconformingJoint| joint.blocks);
-        if faults.is_empty() { Ok(joints) } else { Err(faults) }
-    }
-
-    fn joint(&self, faces: [BlockFace; 2], joint: u16, area: f64) -> NonconformingJoint {
-        let [a, b] = if faces[0].block < faces[1].block { faces } else { [faces[1], faces[0]] };
-        let properties = self.deck.joints.values().nth(joint.into());
-        let stiffness = properties.and_then(|joint| joint.stiffness(&self.deck.materials));
-        NonconformingJoint {
-            blocks: [a.block as u32, b.block as u32],
-            faces: [a.face, b.face],
-            joint,
-            area,
-            gap: 0.0,
-            stiffness: stiffness.map_or(0.0, |[normal, _]| normal),
-        }
-    }
-
-    /// Faces of parts that lie on each other in a face of two cells, and their common areas `[m²]`.
-    fn facing(&self, geometry: &Geometry, face: &CommonFace) -> Vec<([BlockFace; 2], f64)> {
-        let [own, other] = [0, 1].map(|side| self.faces_of(face, side));
-        let mut facing = Vec::new();
-        for (vertex, a) in &own {
-            for (beyond, b) in &other {
-                if face.matches {
-                    if vertex == beyond {
-                        facing.push(([*a, *b], a.area(geometry)));
-                    }
-                    continue;
-                }
-                let faces = [*a, *b];
-                let rest = faces.map(|face| face.at_rest(geometry));
-                let blocks = faces.map(|face| face.block);
-                if let Some(overlap) = geometry.face_overlap(blocks, &rest, [0.0; 2]) {
-                    facing.push((faces, overlap.area));
-                }
-            }
-        }
-        facing
-    }
-
-    /// Faces of the parts in a face of one of its two cells, each with the vertex of its part.
-    fn faces_of(&self, face: &CommonFace, side: usize) -> Vec<(u32, BlockFace)> {
-        let (cell, number) = (face.cells[side] as usize, face.faces[side]);
-        let of = |(at, part): (usize, &CellPart)| {
-            let direction = part.faces.iter().position(|&face| face == number)?;
-            let block = self.first[cell] + at;
-            Some((part.vertex, BlockFace { block, face: FaceId { direction, upper: false } }))
-        };
-        self.parts[cell].iter().enumerate().filter_map(of).collect()
-    }
-
-    /// Fault of joined cells whose faces do not match, because a cut ended between them.
-    fn unmatched(&self, face: &CommonFace) -> Fault {
-        let [a, b] = face.cells;
-        let plane = &self.rock.complex.planes()[face.plane as usize];
-        let place = match plane.source {
-            PlaneSource::Cut(cut) => format!("cut[{cut}].join"),
-            PlaneSource::Region => format!("region[{}]", self.region(a as usize)),
-        };
-        let message = format!(
-            "cells {a} and {b} are joined at a plane where another cut ends: such blocks cannot be run yet"
-        );
-        let help = "let the cuts go through the whole region, or give this cut a `joint`";
-        Fault::new(ErrorCode::NotSupported, place, message).help(help)
-    }
+/// Fault of a cell of a region whose elements have no volume.
+fn twisted(cell: usize, region: usize) -> Fault {
+    let message = format!("cell {cell} is so distorted that its elements have no volume");
+    let help = "move the planes that cut it a little; `ddem cut` lists them";
+    Fault::new(ErrorCode::InvalidGeometry, format!("region[{region}]"), message).help(help)
 }
 
 /// Place of a node on the surface of a part: the corners around it with their weights, which are
@@ -383,4 +274,14 @@ fn place(corners: &[u32; 8], steps: [u64; 3], n: u64) -> Vec<(u32, u64)> {
     let mut place: Vec<(u32, u64)> = all.filter(|(_, weight)| *weight > 0).collect();
     place.sort_unstable();
     place
+}
+
+#[cfg(test)]
+mod tests {
+    use super::twisted;
+
+    #[test]
+    fn distorted_cells_are_named() {
+        insta::assert_snapshot!(twisted(17, 0).to_string());
+    }
 }

@@ -1,0 +1,231 @@
+//! Runs of regions: what their models have, and the messages about what they do not have yet.
+
+use ddem_core::Simulation;
+use ddem_core::problem::Vec3;
+use ddem_deck::{BuiltDeck, Deck, parse};
+
+const HEAD: &str = "
+[materials.granite]
+density = 2700.0
+young = 50e9
+poisson = 0.25
+[materials.soil]
+density = 2000.0
+young = 1e9
+poisson = 0.3
+[joints.minor]
+normal_stiffness = 20e9
+shear_stiffness = 8e9
+[joints.major]
+normal_stiffness = 10e9
+shear_stiffness = 4e9
+friction = 20.0
+";
+const BOX: &str = "
+[[region]]
+name = 'rock'
+box = { from = [0, 0, 0], to = [4, 3, 2] }
+material = 'granite'
+";
+const CUTS: &str = "
+[[cut]]
+plane = { dip = 60, dip_direction = 90, through = [2, 1, 1] }
+joint = 'minor'
+[[cut]]
+plane = { dip = 40, dip_direction = 200, through = [2, 1, 1] }
+joint = 'minor'
+[[cut]]
+plane = { dip = 80, dip_direction = 10, through = [2, 1.2, 1] }
+join = true
+";
+const REST: &str = "
+[[fix]]
+where = { z = 0.0 }
+axes = 'xyz'
+[[stage]]
+name = 'rest'
+kind = 'relax'
+[[stage]]
+name = 'dig'
+kind = 'relax'
+";
+
+fn deck(text: &str) -> Deck {
+    parse(text, "deck.toml").unwrap_or_else(|error| panic!("{error}")).0
+}
+
+fn whole(more: &str) -> String {
+    format!("{HEAD}{BOX}{CUTS}{REST}{more}")
+}
+
+fn built(text: &str) -> BuiltDeck {
+    BuiltDeck::new(&deck(text)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// Messages about a deck.
+fn messages(text: &str) -> Vec<String> {
+    let faults = BuiltDeck::new(&deck(text)).err().map(|error| error.faults).unwrap_or_default();
+    faults.iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn parts_fill_the_region_and_carry_its_mass() {
+    for divisions in [2, 4] {
+        let text =
+            whole("").replace("'granite'\n", &format!("'granite'\ndivisions = {divisions}\n"));
+        let model = built(&text).model();
+        assert!((model.volumes()[0] - 24.0).abs() < 1e-12);
+        let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
+        assert!((mass - 24.0 * 2700.0).abs() < 1e-8, "{mass}");
+        let volume: f64 = (0..model.n_blocks()).map(|block| model.volume(block)).sum();
+        assert!((volume - 24.0).abs() < 1e-12);
+        // Two planes with joints and one that joins.
+        assert_eq!(model.n_whole_blocks(), 4);
+        assert!(model.geometry().ties.len() > 50);
+        for block in 0..model.n_blocks() {
+            for at in [[0; 3], [divisions / 2 - 1; 3]] {
+                let corners = model.geometry().element_corners(
+                    block,
+                    model.element(block, at) - model.elements_of(block).start,
+                );
+                let middle = corners.iter().sum::<Vec3>() / 8.0;
+                assert_eq!(model.element_at(middle.into()), (block, at));
+            }
+        }
+    }
+}
+
+#[test]
+fn joints_have_the_areas_of_the_faces() {
+    let model = built(&whole("")).model();
+    let rock = deck(&whole("")).cut_regions().unwrap();
+    let face = |common: &ddem_cut::CommonFace| {
+        let cell = &rock.complex.cells()[common.cells[0] as usize];
+        cell.faces[common.faces[0] as usize].area(rock.complex.points()).norm()
+    };
+    let exact: f64 = rock.common.iter().filter(|face| rock.is_joint(face)).map(face).sum();
+    let areas: f64 = model.geometry().joined().map(|joint| joint.area).sum();
+    assert!((areas - exact).abs() < 1e-12 * exact, "{areas} {exact}");
+}
+
+#[test]
+fn assign_and_remove_select_cells() {
+    let names = |text: &str| {
+        let model = built(text).model();
+        let mut numbers: Vec<u16> = model.joint_numbers().collect();
+        numbers.sort_unstable();
+        numbers.dedup();
+        numbers
+    };
+    // Joints are in the order of their names.
+    assert_eq!(names(&whole("")), [1]);
+    let both = "[[assign]]\njoint = 'major'\nwhere = { dip = 60, dip_direction = 90 }";
+    assert_eq!(names(&whole(both)), [0, 1]);
+    let soft = whole("[[assign]]\nmaterial = 'soil'\nwhere = { x = [0.0, 1.5] }");
+    let model = built(&soft).model();
+    let soil = (0..model.n_blocks()).filter(|&block| model.material(block) == 1);
+    let volume: f64 = soil.map(|block| model.volume(block)).sum();
+    assert!(volume > 1.0 && volume < 23.0, "{volume}");
+    let gone = whole("[[remove]]\nwhere = { x = [0.0, 1.5] }");
+    let left = built(&gone).model().volumes()[0];
+    assert!((left + volume - 24.0).abs() < 1e-12, "{left} {volume}");
+}
+
+/// The base carries what is there, before and after an excavation of joined cells.
+#[test]
+fn base_carries_the_weight_of_the_blocks_that_are_left() {
+    let text = whole("[[remove]]\nwhere = { x = [1.0, 2.0] }\nfrom = 'dig'")
+        .replace("[materials.granite]", "[model]\ngravity = [0, 0, -10]\n[materials.granite]")
+        .replace("axes = 'xyz'", "axes = 'xyz'\n[[fix]]\nwhere = { y = 3.0 }\naxes = 'xyz'");
+    let mut simulation = Simulation::new(built(&text).model());
+    for stage in 0..2 {
+        simulation.enter(stage).unwrap();
+        simulation.relax(1e-9, 100_000).unwrap();
+        let model = simulation.model();
+        let left = (0..model.n_blocks()).filter(|&block| !model.is_removed(block));
+        let volume: f64 = left.map(|block| model.volume(block)).sum();
+        let all: Vec<u32> = (0..model.n_nodes() as u32).collect();
+        let reaction = simulation.reaction(&all)[2];
+        assert!((reaction / (volume * 27e3) - 1.0).abs() < 1e-8, "{reaction} {volume}");
+        assert_eq!(volume < 23.9, stage == 1);
+        let field = simulation.displacements();
+        for group in simulation.model().geometry().tied() {
+            let bits = |node: u32| field[node as usize].map(f64::to_bits);
+            assert!(group.iter().all(|&node| bits(node) == bits(group[0])));
+        }
+    }
+}
+
+/// Where a cut ends on a plane that joins, stiff springs hold the rock.
+#[test]
+fn joined_cells_hold_where_their_nodes_do_not_match() {
+    let tunnel = "[[cut]]\njoin = true\ntunnel = { outline = [[-0.5, 0], [0.5, 0], [0.5, 0.6], [0, 0.9], \
+                  [-0.5, 0.6]], from = [2, 0, 0.6], to = [2, 3, 0.6] }";
+    let text = format!("{HEAD}{BOX}{tunnel}{REST}[[load]]\nwhere = {{ z = 2.0 }}\npressure = 1e6");
+    let model = built(&text).model();
+    assert_eq!(model.n_whole_blocks(), 1);
+    assert!(model.n_joints() > 0);
+    let mut simulation = Simulation::new(model);
+    simulation.relax(1e-8, 100_000).unwrap();
+    let all: Vec<u32> = (0..simulation.model().n_nodes() as u32).collect();
+    assert!((simulation.reaction(&all)[2] / 12e6 - 1.0).abs() < 1e-6);
+    assert_eq!(simulation.fragments().len(), 1);
+}
+
+#[test]
+fn entries_that_regions_do_not_have_yet() {
+    let sections = [
+        "[[blocks]]\nsize = [1, 1, 1]\nmaterial = 'granite'\norigin = [9, 0, 0]",
+        "[[refine]]\nfactor = 2",
+        "[[charge]]\nmass = 1.0\nexplosive = { density = 1000.0, velocity = 4000.0 }\nwhere = { x = [0, 1] }",
+        "[[boundary]]\nkind = 'viscous'\nwhere = { x = 4.0 }",
+        "[[load]]\nline = [0, 0, 1.0]\nwhere = { x = 0.0, z = 2.0 }",
+        "[[assign]]\njoint = 'major'\nfrom = 'dig'",
+        "[[assign]]\njoint = 'major'\nuntil = 'dig'",
+    ];
+    let mut found: Vec<String> = Vec::new();
+    for section in sections {
+        let text = whole(section);
+        let messages = match parse(&text, "deck.toml") {
+            Ok((deck, _)) => {
+                let faults = BuiltDeck::new(&deck).err().map(|error| error.faults);
+                faults.unwrap_or_default().iter().map(ToString::to_string).collect()
+            }
+            Err(error) => vec![error.to_string()],
+        };
+        assert!(!messages.is_empty(), "nothing is said about {section}");
+        found.extend(messages);
+    }
+    for (from, to) in [
+        ("[materials.granite]", "[model]\ncontact = true\n[materials.granite]"),
+        ("material = 'granite'\n", "material = 'granite'\nbody = 'rigid'\n"),
+        ("material = 'granite'\n", "material = 'granite'\nsmall = { is = 'rigid' }\n"),
+    ] {
+        let messages = messages(&whole("").replace(from, to));
+        assert!(!messages.is_empty(), "nothing is said about {to}");
+        found.extend(messages);
+    }
+    insta::assert_snapshot!(found.join("\n"));
+}
+
+#[test]
+fn wrong_geometries_of_regions() {
+    let mut found = Vec::new();
+    for more in [
+        "[[remove]]\nwhere = { x = [3.9, 4.0] }",
+        "[[remove]]",
+        "[[assign]]\njoint = 'major'\nwhere = { x = [3.99, 4.0] }",
+        "[[assign]]\nmaterial = 'soil'\nwhere = { x = [3.99, 4.0] }",
+    ] {
+        found.extend(messages(&whole(more)));
+    }
+    let beside = "[[region]]\nname = 'other'\nbox = { from = [4, 0, 0], to = [6, 3, 2] }\nmaterial = 'soil'\n";
+    found.extend(messages(&format!("{HEAD}{BOX}{beside}{CUTS}{REST}")));
+    let four = CUTS.replace("join = true", "joint = 'minor'").replace("[2, 1.2, 1]", "[2, 1, 1]")
+        + "[[cut]]\nplane = { dip = 5, dip_direction = 45, through = [2, 1, 1] }\njoint = 'minor'\n";
+    found.extend(messages(&format!("{HEAD}{BOX}{four}{REST}")));
+    found.extend(messages(
+        &whole("").replace("where = { z = 0.0 }", "where = { x = 2.2, z = 0.0 }"),
+    ));
+    insta::assert_snapshot!(found.join("\n"));
+}
