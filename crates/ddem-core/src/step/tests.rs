@@ -46,6 +46,7 @@ fn model(count: [usize; 3], divisions: usize, removed: Option<[usize; 3]>) -> Mo
         material: Arc::new(vec![0; cells]),
         joint: [0; 3].map(|joint| Arc::new(vec![joint; cells])),
         own_joint: [0; 3],
+        part: None,
     };
     if let Some(cell) = removed {
         let at = lattice.index(cell);
