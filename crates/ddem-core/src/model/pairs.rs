@@ -31,11 +31,14 @@ impl Model {
                 (face.divisions as usize + 1).pow(2),
             )
         });
-        let others = self.bonded_patches.iter().map(|BondedPatch { patch, .. }| {
-            (self.stages.any(|at| broken_joints(at.joint_of(patch.blocks))), patch.points.len())
-        });
-        let breakable = matching.chain(others).filter(|(broken_joints, _)| *broken_joints);
-        breakable.fold([0, 0], |[joints, pairs], (_, more)| [joints + 1, pairs + more])
+        let fails = |joint: &BondedPatch| {
+            self.stages.any(|at| broken_joints(at.joint_of(joint.patch.blocks)))
+        };
+        let others = self.bonded_patches.iter().filter(|joint| fails(joint));
+        let others =
+            [self.whole_joints(&fails), others.map(|joint| joint.patch.points.len()).sum()];
+        let breakable = matching.filter(|(broken_joints, _)| *broken_joints);
+        breakable.fold(others, |[joints, pairs], (_, more)| [joints + 1, pairs + more])
     }
 
     /// Number of joints between two blocks.

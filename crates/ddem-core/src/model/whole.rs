@@ -1,6 +1,9 @@
 //! Whole blocks: in messages and results the parts of a cell, and of cells that are joined, are one.
 
+use std::collections::BTreeSet;
+
 use super::Model;
+use ddem_joint::contact::BondedPatch;
 
 impl Model {
     /// Number of a block in messages and results. It is that of its cell, or of the cells that are
@@ -23,6 +26,24 @@ impl Model {
         whole.sort_unstable();
         whole.dedup();
         whole.len()
+    }
+
+    /// Number of joint faces between whole blocks: two cells of which several parts have joints have
+    /// one.
+    #[must_use]
+    pub fn n_whole_joints(&self) -> usize {
+        self.faces.len() + self.whole_joints(|_| true)
+    }
+
+    /// Number of joint faces among which a joint has a property.
+    pub(super) fn whole_joints(&self, wanted: impl Fn(&BondedPatch) -> bool) -> usize {
+        let cell = |block: u32| {
+            let part = self.geometry.part(block as usize);
+            part.map_or((false, block), |part| (true, part.cell))
+        };
+        let others = self.bonded_patches.iter().filter(|joint| wanted(joint));
+        let pairs: BTreeSet<_> = others.map(|joint| joint.patch.blocks.map(cell)).collect();
+        pairs.len()
     }
 
     /// Pairs of blocks with tied nodes, some of them several times.

@@ -55,8 +55,7 @@ pub(crate) fn largest_eigenvalue(
     let n = 3 * model.packs.nodes;
     let mut q = start(model, n);
     operator.tie(&mut q, scratch);
-    let mut before = vec![Lanes::ZERO; n];
-    let mut scaled = vec![Lanes::ZERO; n];
+    let (mut before, mut scaled) = (vec![Lanes::ZERO; n], vec![Lanes::ZERO; n]);
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
     let mut values: Vec<f64> = Vec::new();
     let is_large = model.packs.nodes * LANES >= LARGE;

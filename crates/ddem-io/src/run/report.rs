@@ -290,7 +290,7 @@ pub(super) fn report(
         blocks: model.n_whole_blocks() as u64,
         nodes: model.n_nodes() as u64,
         elements: model.n_elements() as u64,
-        joints: model.n_joints() as u64,
+        joints: model.n_whole_joints() as u64,
         pairs: model.n_pairs() as u64,
         breakable_joints,
         breakable_pairs,
