@@ -35,8 +35,7 @@ impl Model {
             self.stages.any(|at| broken_joints(at.joint_of(joint.patch.blocks)))
         };
         let others = self.bonded_patches.iter().filter(|joint| fails(joint));
-        let others =
-            [self.whole_joints(&fails), others.map(|joint| joint.patch.points.len()).sum()];
+        let others = [self.whole_joints(fails), others.map(|joint| joint.patch.points.len()).sum()];
         let breakable = matching.filter(|(broken_joints, _)| *broken_joints);
         breakable.fold(others, |[joints, pairs], (_, more)| [joints + 1, pairs + more])
     }

@@ -108,9 +108,9 @@ impl RockBlocks<'_> {
             }
             chosen.into_iter().for_each(|cell| removed[cell] = true);
         }
-        for cell in 0..self.parts.len() {
+        for (cell, removed) in removed.into_iter().enumerate() {
             let small = self.rock.treatment(cell);
-            if removed[cell] || small == Some(SmallKind::Removed) {
+            if removed || small == Some(SmallKind::Removed) {
                 continue;
             }
             match self.rock.complex.parts(cell) {
@@ -162,7 +162,7 @@ impl RockBlocks<'_> {
     fn geometry(&mut self) -> Result<Geometry, Vec<Fault>> {
         let materials = self.materials()?;
         let mut lattices: Vec<Arc<Lattice>> = Vec::new();
-        for cell in 0..self.parts.len() {
+        for (cell, &material) in materials.iter().enumerate() {
             self.first.push(lattices.len());
             let (set, n) = (self.region(cell), self.divisions(cell));
             for part in &self.parts[cell] {
@@ -170,7 +170,7 @@ impl RockBlocks<'_> {
                 if distorted(&shape, n) {
                     return Err(vec![twisted(cell, self.region(cell))]);
                 }
-                lattices.push(Arc::new(shape.lattice(set, materials[cell], n)));
+                lattices.push(Arc::new(shape.lattice(set, material, n)));
             }
         }
         let mut geometry = Geometry::new(lattices, self.sets.bounds);
