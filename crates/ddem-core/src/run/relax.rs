@@ -1,9 +1,10 @@
 //! Dynamic relaxation to static equilibrium (§7).
 //!
 //! This is the step of (2) with fictitious masses and Δt = 1,
-//! `v⁺ = [(1 − c/2) v + M⁻¹F] / (1 + c/2)`, `u⁺ = u + v⁺`. M is the stiffness of each cluster of
-//! facing nodes ([`preconditioner`](crate::step::preconditioner)), scaled so that Δt = 1 is stable
-//! for every mode. The damping fades, `c = 3/(k + 3/2)` with k the steps since the last restart.
+//! `v⁺ = [(1 − c/2) v + M⁻¹F] / (1 + c/2)`, `u⁺ = u + v⁺`. M⁻¹ is the inverse stiffness of each
+//! cluster of facing nodes and of smooth motions of many blocks
+//! ([`preconditioner`](crate::step::preconditioner)), scaled so that Δt = 1 is stable for every
+//! mode. The damping fades, `c = 3/(k + 3/2)` with k the steps since the last restart.
 //! The motion restarts from rest when it turns against the forces (`F·v < 0`). It is near-critical
 //! for the lowest mode that is still active, without an estimate of its frequency.
 
@@ -14,7 +15,7 @@ use crate::model::stage::allow_tolerance;
 use crate::run::{ROUNDING_CHECKS, Simulation};
 use crate::state::motion::Motion;
 use crate::state::{RelaxationProgress, State};
-use crate::step::preconditioner::{ContactMasses, Preconditioner, Relaxation, has_rotated};
+use crate::step::preconditioner::{Preconditioner, Relaxation, has_rotated};
 use crate::step::{EvaluationStep, advance_relaxing, balance};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::StepSums;
@@ -109,7 +110,7 @@ impl Simulation {
 
     fn set_relaxation(
         &mut self,
-        progress: RelaxationProgress,
+        mut progress: RelaxationProgress,
         stop: &dyn Fn() -> bool,
     ) -> Result<(), RunError> {
         self.change_motion(Motion::relaxing(&self.model.assembly));
@@ -118,7 +119,8 @@ impl Simulation {
         if progress.path_length != 0.0 || !progress.last.is_empty() {
             self.view.factors = progress.present_factors();
         }
-        let preconditioner = self.masses(&progress.to, stop)?;
+        let preconditioner = self.masses(&progress, stop)?;
+        progress.has_met |= !preconditioner.contact_masses.joined;
         self.relaxation = Some(Relaxation { progress, preconditioner });
         Ok(())
     }
@@ -155,9 +157,11 @@ impl Simulation {
         tolerance: f64,
     ) -> Result<Relaxed, RunError> {
         let sums = self.unbalanced_sums(progress)?;
-        if preconditioner.contact_masses != ContactMasses::new(&self.model, &self.state.contacts) {
+        let contact_masses = self.contact_masses(progress);
+        if preconditioner.contact_masses != contact_masses {
+            progress.has_met |= !contact_masses.joined;
             // This overwrites the forces: the step is not taken, and the next begins from rest.
-            *preconditioner = self.masses(&progress.to, &|| false)?;
+            *preconditioner = self.masses(progress, &|| false)?;
             self.state.v.fill(Lanes::ZERO);
             progress.rest();
             return Ok(Relaxed::Moving);
@@ -166,7 +170,7 @@ impl Simulation {
         if self.fails_now(progress, tolerance) {
             if !had_failed {
                 // This cannot be stopped, because pairs have failed already.
-                *preconditioner = self.masses(&progress.to, &|| false)?;
+                *preconditioner = self.masses(progress, &|| false)?;
             }
             progress.rest();
             return Ok(Relaxed::Moving);
@@ -245,7 +249,7 @@ impl Simulation {
             progress.since_restart *= u64::from(!progress.has_rotated);
         }
         if progress.has_rotated {
-            preconditioner.frames.clone_from(&self.scratch.frames);
+            preconditioner.turn(&self.scratch.frames);
         }
         let restart = progress.since_restart == 0 || power < 0.0;
         progress.since_restart *= u64::from(!restart);

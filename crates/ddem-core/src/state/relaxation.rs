@@ -4,8 +4,10 @@ use std::collections::VecDeque;
 
 use serde::{Deserialize, Serialize};
 
-/// Number of steps over which the displacements must have stopped.
+/// Number of steps over which the displacements must have stopped, and of those in a relaxation so
+/// short that a third of it is less. What takes few steps to move is seen in few steps.
 const WINDOW: usize = 50;
+const SHORT_WINDOW: usize = 20;
 
 /// Progress of a relaxation. Checkpoints contain it.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -25,6 +27,8 @@ pub(crate) struct RelaxationProgress {
     pub(crate) to: Vec<f64>,
     /// True if failure has been checked near this equilibrium.
     pub(crate) failure_checked: bool,
+    /// True if blocks have met in this relaxation that are not joined.
+    pub(crate) has_met: bool,
     /// True if blocks have rotated far, so that the masses rotate with them.
     pub(crate) has_rotated: bool,
     /// Number of successive checks at which only rounding was out of balance.
@@ -34,6 +38,8 @@ pub(crate) struct RelaxationProgress {
     /// Path length of relaxation so far, and of the last steps of this increment (`last`) `[m]`.
     pub(crate) path_length: f64,
     pub(crate) last: VecDeque<f64>,
+    /// Number of steps of this increment since it began, or since pairs failed.
+    pub(crate) steps: usize,
     /// Largest `Σ (Q + R)²` so far `[N²]`.
     pub(crate) most: f64,
     /// Sum `Σ F²` at the start, if nothing is applied `[N²]`.
@@ -55,6 +61,7 @@ impl RelaxationProgress {
 
     pub(crate) fn add_path(&mut self, step: f64) {
         self.path_length += step;
+        self.steps += 1;
         self.last.push_back(step);
         if self.last.len() > WINDOW {
             self.last.pop_front();
@@ -63,9 +70,10 @@ impl RelaxationProgress {
 
     /// True if the last steps are short relative to the whole path, or if nothing has had to move.
     pub(crate) fn has_stopped(&self, tolerance: f64) -> bool {
-        let last: f64 = self.last.iter().sum();
+        let window = (self.steps / 3).clamp(SHORT_WINDOW, WINDOW);
+        let last: f64 = self.last.iter().rev().take(window).sum();
         self.path_length == 0.0
-            || (self.last.len() == WINDOW && last <= 2.0 * tolerance * self.path_length)
+            || (self.last.len() >= window && last <= 2.0 * tolerance * self.path_length)
     }
 
     pub(crate) fn next_increment(&mut self) {
@@ -77,6 +85,7 @@ impl RelaxationProgress {
     pub(crate) fn rest(&mut self) {
         self.since_restart = 0;
         self.last.clear();
+        self.steps = 0;
         self.failure_checked = false;
         self.rounded = 0;
     }

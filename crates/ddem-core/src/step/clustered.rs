@@ -26,7 +26,7 @@ use ddem_mesh::parallel::{each_pack, node_start};
 /// thickness.
 pub(crate) fn largest_clustered(
     model: &Model,
-    preconditioner: &Preconditioner,
+    preconditioner: &mut Preconditioner,
     broken_joints: &mut BrokenJoints,
     scratch: &mut Scratch,
     stop: &dyn Fn() -> bool,
@@ -46,6 +46,8 @@ pub(crate) fn largest_clustered(
             return Err(RunError::Stopped);
         }
         internal_forces(FirstPass::linear(model, &x), broken_joints, scratch);
+        preconditioner.respond(model, None, &scratch.f, scratch.level);
+        let preconditioner = &*preconditioner;
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
         let (f, level) = (&scratch.f, scratch.level);
         each_pack(&model.packs, [&mut x, &mut next], &mut sums, |pack, [x, next], sums| {
@@ -82,7 +84,7 @@ pub(crate) fn largest_clustered(
 /// bound of a matrix with one row per gas that has the same eigenvalues.
 pub(crate) fn largest_of_gases(
     model: &Model,
-    preconditioner: &Preconditioner,
+    preconditioner: &mut Preconditioner,
     gases: &[(Vec<u32>, f64, Vec<Vec3>)],
     scratch: &mut Scratch,
 ) -> f64 {
@@ -96,6 +98,7 @@ pub(crate) fn largest_of_gases(
         for (node, area) in nodes.iter().zip(areas) {
             model.set(&mut scratch.f, *node as usize, (*area).into());
         }
+        preconditioner.respond(model, None, &scratch.f, scratch.level);
         for &pack in &walls {
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             response[range.clone()].fill(Lanes::ZERO);

@@ -20,12 +20,14 @@ use ddem_mesh::parallel::{node_start, rigid_start, spread};
 /// the gaps. The sums contain `Σ F·v⁺` and `Σ v⁺·v⁺`.
 pub(crate) fn advance_relaxing(
     model: &Model,
-    preconditioner: &Preconditioner,
+    preconditioner: &mut Preconditioner,
     [a, b]: [f64; 2],
     state: &mut State,
     scratch: &mut Scratch,
 ) -> StepSums {
     let span = scratch.profiler.begin();
+    preconditioner.respond(model, Some(&state.poses), &scratch.f, scratch.level);
+    let preconditioner = &*preconditioner;
     let (fields, f, runs, level) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
         dispatch!(level, simd => run_relaxing(simd, model, preconditioner, [a, b], f, &run, &mut fields));

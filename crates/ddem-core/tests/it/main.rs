@@ -39,6 +39,7 @@ mod peaks;
 mod programs;
 mod random_models;
 mod refine;
+mod relaxation_steps;
 mod resume;
 mod rigid;
 mod rotated_joints;

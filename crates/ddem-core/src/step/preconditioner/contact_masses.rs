@@ -11,18 +11,27 @@ use ddem_mechanics::law::SpringStiffness;
 pub(crate) struct ContactMasses {
     /// True if contacts may be on faces without a joint.
     pub(crate) any: bool,
+    /// True if all blocks that touch are still joined as at the start. Then facing corners move as
+    /// one in smooth motions of many blocks.
+    pub(crate) joined: bool,
     /// True if contacts may replace joints, some of which have moved.
     pub(super) released: bool,
 }
 
 impl ContactMasses {
-    pub(crate) fn new(model: &Model, contacts: &Contacts) -> Self {
+    /// `joined` is false if contacts have been found before in the same relaxation, and `failed` is
+    /// true if pairs have failed.
+    pub(crate) fn new(model: &Model, contacts: &Contacts, joined: bool, failed: bool) -> Self {
+        // Without a search for contacts nobody knows how far failed pairs have moved apart.
+        let searched = model.contact.as_ref().is_some_and(|contact| contact.search);
+        let joined = joined && (searched || !failed);
         if model.contact.is_none() {
-            return Self::default();
+            return Self { joined, ..Self::default() };
         }
         let released = contacts.joints.iter().flatten().any(|&joint| joint > JointStatus::InPlace);
         let met = released || !contacts.patches.is_empty();
-        Self { any: met || model.open_surfaces().is_some(), released }
+        let any = met || model.open_surfaces().is_some();
+        Self { any, released, joined: joined && !met }
     }
 }
 

@@ -34,6 +34,13 @@ fn partner(
     Some((model.geometry.neighbour(block, offset)?, across(at, part, n)))
 }
 
+/// Smallest number of a node and its partners across the gaps.
+pub(super) fn first_member(model: &Model, block: usize, at: [usize; 3]) -> usize {
+    let members = (0..8).filter_map(|part| partner(model, block, at, part));
+    let numbers = members.map(|(block, at)| model.geometry.node(block, at));
+    numbers.min().unwrap_or_else(|| model.geometry.node(block, at))
+}
+
 /// Row of a node in the inverse of its cluster's stiffness, by partner and component.
 pub(super) fn inverse_row(
     around: MassContext<'_>,

@@ -9,6 +9,7 @@
 mod contact_masses;
 mod coupling;
 mod rigid;
+mod smooth;
 mod turning;
 
 use std::collections::HashMap;
@@ -29,6 +30,7 @@ use ddem_mesh::pack::{Neighbours, Packs};
 
 pub(crate) use contact_masses::ContactMasses;
 use coupling::{across, inverse_row};
+use smooth::SmoothMotions;
 pub(crate) use turning::has_rotated;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
@@ -108,6 +110,8 @@ pub(crate) struct Preconditioner {
     beside: Vec<[Neighbours; 27]>,
     /// Frames of the packs, if masses rotate with them.
     pub(crate) frames: Vec<Frame>,
+    /// Smooth motions of many blocks, unless blocks meet that are not joined.
+    smooth: Option<SmoothMotions>,
 }
 
 impl Preconditioner {
@@ -137,6 +141,8 @@ impl Preconditioner {
                 preconditioner.take(masses, &mut known);
             }
         }
+        preconditioner.smooth =
+            contact_masses.joined.then(|| SmoothMotions::new(model, held)).flatten();
         Ok(preconditioner)
     }
 
@@ -165,6 +171,7 @@ impl Preconditioner {
             row.0.iter_mut().for_each(|x| *x *= factor);
         }
         self.rigid.iter_mut().flatten().for_each(|inverse| *inverse *= factor);
+        self.smooth.iter_mut().for_each(|smooth| smooth.scale(factor));
     }
 
     /// Forces on the partners of the nodes `node` of a pack `[N]`; zero in lanes without one.
@@ -261,7 +268,7 @@ impl InverseMassRows {
 }
 
 /// Computes `M⁻¹ F` at the nodes of a pack. `f` holds the forces of all nodes, and `poses` those of
-/// its blocks if they are rigid and have rotated.
+/// its blocks if they are rigid and have rotated. [`Preconditioner::respond`] comes before.
 #[simd]
 pub(super) fn accelerations<S: Simd>(
     simd: S,
@@ -276,19 +283,35 @@ pub(super) fn accelerations<S: Simd>(
     let pack = &packs.packs[index];
     if pack.rigid {
         let inverses = &preconditioner.rigid[pack.rigid_start];
-        return rigid::accelerations(model, poses, inverses, index, f, out);
+        rigid::accelerations(model, poses, inverses, index, f, out);
+        if let Some(smooth) = &preconditioner.smooth {
+            smooth.add_rigid(model, poses, index, out);
+        }
+        return;
     }
-    if !preconditioner.frames.is_empty() {
-        return turning::accelerations(
-            simd,
-            model,
-            &preconditioner.frames,
-            preconditioner,
-            index,
-            f,
-            out,
-        );
+    if preconditioner.frames.is_empty() {
+        cluster_accelerations(simd, packs, preconditioner, index, f, out);
+    } else {
+        let frames = &preconditioner.frames;
+        turning::accelerations(simd, model, frames, preconditioner, index, f, out);
     }
+    if let Some(smooth) = &preconditioner.smooth {
+        let class = &preconditioner.classes[preconditioner.of_pack[index] as usize];
+        let n = packs.numbering_of(pack).divisions;
+        smooth.add(simd, class, index, n, out);
+    }
+}
+
+/// Computes `C⁻¹ F` at the nodes of a pack of deformable blocks, with the masses C of the clusters.
+#[simd]
+fn cluster_accelerations<S: Simd>(
+    simd: S,
+    packs: &Packs,
+    preconditioner: &Preconditioner,
+    index: usize,
+    f: &[Lanes],
+    out: &mut [Lanes],
+) {
     let class = &preconditioner.classes[preconditioner.of_pack[index] as usize];
     for node in 0..out.len() / 3 {
         let mut sum = zero(simd);

@@ -1,0 +1,174 @@
+//! Smooth motions inside blocks: trilinear between the corners, or rigid.
+
+use fearless_simd::{Select, Simd, SimdBase};
+use fearless_simd_macros::simd;
+use nalgebra::{Matrix3, UnitQuaternion};
+
+use crate::model::Model;
+use crate::step::preconditioner::InverseMassRows;
+use ddem_mechanics::math::lanes::{
+    LANES, Lanes, Vector, add, load, load_at, scale, splat, store_at, sub, zero,
+};
+use ddem_mechanics::rigid::{MassProperties, Pose};
+use ddem_mesh::Vec3;
+
+/// Number of corners of a block.
+pub(super) const CORNERS: usize = 8;
+
+/// Vectors at the corners of the blocks of a pack, numbered by bits.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct CornerVectors(pub(super) [[Lanes; 3]; CORNERS]);
+
+/// Forces on the corners of blocks of `n` divisions that do the same work as the forces `f` on
+/// their nodes. Held degrees of freedom and absent nodes, which have no inverse mass, do not take
+/// part.
+#[simd]
+pub(super) fn corner_forces<S: Simd>(
+    simd: S,
+    class: &InverseMassRows,
+    n: usize,
+    f: &[Lanes],
+    out: &mut CornerVectors,
+) {
+    let mut corners = [zero(simd); CORNERS];
+    let step = 1.0 / n as f64;
+    let side = n + 1;
+    for row in 0..side * side {
+        let (mut all, mut upper) = (zero(simd), zero(simd));
+        for i in 0..side {
+            let node = row * side + i;
+            let force = free(simd, class, node, load_at(simd, f, 3 * node));
+            all = add(all, force);
+            upper = add(upper, scale(force, splat(simd, i as f64 * step)));
+        }
+        let ends = [sub(all, upper), upper];
+        let (y, z) = ((row % side) as f64 * step, (row / side) as f64 * step);
+        for (pair, weight) in weights(y, z).into_iter().enumerate() {
+            let weight = splat(simd, weight);
+            corners[2 * pair] = add(corners[2 * pair], scale(ends[0], weight));
+            corners[2 * pair + 1] = add(corners[2 * pair + 1], scale(ends[1], weight));
+        }
+    }
+    for corner in 0..CORNERS {
+        store_at(out.0.as_flattened_mut(), 3 * corner, corners[corner]);
+    }
+}
+
+/// Adds the motion of the corners to that of the free nodes of blocks of `n` divisions.
+#[simd]
+pub(super) fn add_motion<S: Simd>(
+    simd: S,
+    class: &InverseMassRows,
+    n: usize,
+    corners: &CornerVectors,
+    out: &mut [Lanes],
+) {
+    let step = 1.0 / n as f64;
+    let side = n + 1;
+    for row in 0..side * side {
+        let mut ends = [zero(simd); 2];
+        let (y, z) = ((row % side) as f64 * step, (row / side) as f64 * step);
+        for (pair, weight) in weights(y, z).into_iter().enumerate() {
+            let weight = splat(simd, weight);
+            for end in 0..2 {
+                let corner = load(simd, &corners.0[2 * pair + end]);
+                ends[end] = add(ends[end], scale(corner, weight));
+            }
+        }
+        let across = sub(ends[1], ends[0]);
+        for i in 0..side {
+            let node = row * side + i;
+            let moved = add(ends[0], scale(across, splat(simd, i as f64 * step)));
+            let moved = free(simd, class, node, moved);
+            store_at(out, 3 * node, add(load_at(simd, out, 3 * node), moved));
+        }
+    }
+}
+
+/// Weights of the four edges along the first direction, at fractions of the two others.
+#[inline(always)]
+fn weights(y: f64, z: f64) -> [f64; 4] {
+    [(1.0 - y) * (1.0 - z), y * (1.0 - z), (1.0 - y) * z, y * z]
+}
+
+/// Components of a vector along the free degrees of freedom of a node.
+#[inline(always)]
+fn free<S: Simd>(simd: S, class: &InverseMassRows, node: usize, v: Vector<S>) -> Vector<S> {
+    let inverse = load_at(simd, &class.rows, 3 * class.start[node] as usize);
+    let mut out = v;
+    for c in 0..3 {
+        let none = splat(simd, 0.0);
+        out[c] = inverse[c].simd_gt(none).select(v[c], none);
+    }
+    out
+}
+
+/// Rotation of the block in a lane.
+fn turn_of(poses: Option<&[Pose; LANES]>, lane: usize) -> UnitQuaternion<f64> {
+    poses.map_or_else(UnitQuaternion::identity, |poses| poses[lane].turn)
+}
+
+/// Inverse of the matrix `Σ (|r|² 1 − r rᵀ)` over the corners of a block `[1/m²]`.
+fn inverse_spread(mass_properties: &MassProperties) -> Matrix3<f64> {
+    let arms = (0..CORNERS).map(|corner| mass_properties.arm(corner));
+    let moment: Matrix3<f64> = arms.map(|arm| arm * arm.transpose()).sum();
+    let spread = Matrix3::identity() * moment.trace() - moment;
+    spread.try_inverse().unwrap_or_default()
+}
+
+/// Part of some vectors at the corners of a rigid block that is a motion of the whole block.
+fn rigid_part(
+    mass_properties: &MassProperties,
+    turn: UnitQuaternion<f64>,
+    vectors: [Vec3; CORNERS],
+) -> [Vec3; CORNERS] {
+    let arm = |corner: usize| turn * mass_properties.arm(corner);
+    let (mut shift, mut moment) = (Vec3::zeros(), Vec3::zeros());
+    for (corner, vector) in vectors.iter().enumerate() {
+        shift += vector / CORNERS as f64;
+        moment += arm(corner).cross(vector);
+    }
+    let spin = turn * (inverse_spread(mass_properties) * (turn.inverse() * moment));
+    std::array::from_fn(|corner| shift + spin.cross(&arm(corner)))
+}
+
+/// Forces on the corners of the rigid blocks of a pack that do the same work as `f`.
+pub(super) fn rigid_corner_forces(
+    model: &Model,
+    poses: Option<&[Pose; LANES]>,
+    index: usize,
+    f: &[Lanes],
+) -> CornerVectors {
+    let mut out = CornerVectors::default();
+    let pack = &model.packs.packs[index];
+    for lane in 0..pack.filled {
+        let of = |corner: usize| Vec3::from([0, 1, 2].map(|c| f[3 * corner + c].0[lane]));
+        let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
+        let vectors = std::array::from_fn(of);
+        let forces = rigid_part(mass_properties, turn_of(poses, lane), vectors);
+        for (corner, force) in forces.iter().enumerate() {
+            (0..3).for_each(|c| out.0[corner][c].0[lane] = force[c]);
+        }
+    }
+    out
+}
+
+/// Adds the motion of the corners to that of the rigid blocks of a pack.
+pub(super) fn add_rigid_motion(
+    model: &Model,
+    poses: Option<&[Pose; LANES]>,
+    index: usize,
+    corners: &CornerVectors,
+    out: &mut [Lanes],
+) {
+    let pack = &model.packs.packs[index];
+    for lane in 0..pack.filled {
+        let of = |corner: usize| Vec3::from([0, 1, 2].map(|c| corners.0[corner][c].0[lane]));
+        let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
+        let vectors = std::array::from_fn(of);
+        let moved = rigid_part(mass_properties, turn_of(poses, lane), vectors);
+        for (corner, moved) in moved.iter().enumerate() {
+            (0..3).for_each(|c| out[3 * corner + c].0[lane] += moved[c]);
+        }
+    }
+}

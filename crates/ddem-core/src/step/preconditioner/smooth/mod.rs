@@ -1,0 +1,203 @@
+//! Smooth motions of many blocks, which accelerate a relaxation (§7).
+//!
+//! The masses of clusters see the stiffness of neighbours only. A motion over many blocks is soft
+//! against them and takes a number of steps that grows with the number of blocks. Functions on ever
+//! coarser grids, from the corners of the blocks to the whole model, therefore add to the inverse
+//! masses: `M⁻¹ = C⁻¹ + Σ P D⁻¹ Pᵀ`, with C the masses of the clusters, P the functions of a grid
+//! at the nodes and D the stiffness against each function. This is the multilevel preconditioner
+//! of Bramble, Pasciak and Xu.
+//!
+//! Within a block each function is trilinear between the corners, or a rigid motion if the block
+//! does not deform. Corners that face each other across gaps move as one point.
+
+mod block;
+mod grid;
+mod points;
+mod stiffness;
+
+use std::collections::HashMap;
+
+use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd_macros::simd;
+use rayon::prelude::*;
+
+use super::{InverseMassRows, Preconditioner};
+use crate::model::Model;
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::Pose;
+use ddem_mesh::Vec3;
+use ddem_mesh::parallel::{each_pack, node_start};
+
+use block::CornerVectors;
+use grid::FunctionGrid;
+use points::{NO_POINT, Points};
+
+/// Weight of the smooth motions beside the masses of clusters. With 1 the largest eigenvalue of
+/// `M⁻¹K` doubles, which costs more steps than the smaller stiffness saves.
+const WEIGHT: f64 = 0.5;
+/// Number of blocks in the longest row of a model from which on smooth motions save steps.
+const FEWEST_BLOCKS: f64 = 4.5;
+/// Number of points from which on several threads share the work.
+const MANY_POINTS: usize = 4000;
+
+/// Smooth motions of a model.
+#[derive(Clone, Debug, Default)]
+pub(super) struct SmoothMotions {
+    points: Points,
+    /// Inverse stiffness of the motion of each point `[m/N]`.
+    inverse: Vec<[f64; 3]>,
+    /// Smallest ratio `G/M` of the moduli of a block.
+    softest: f64,
+    /// True if the stiffnesses allow for blocks that have rotated.
+    has_turned: bool,
+    /// Grids, from the finest to the coarsest.
+    grids: Vec<FunctionGrid>,
+    /// Forces on the corners of the blocks of each pack `[N]`.
+    forces: Vec<CornerVectors>,
+    /// Forces on the points `[N]`, then their motion `[m]`.
+    moved: Vec<Vec3>,
+}
+
+impl SmoothMotions {
+    /// Motions of the blocks of a model; `None` if it has so few that they save no steps. Held
+    /// degrees of freedom do not take part.
+    pub(super) fn new(model: &Model, held: &HashMap<u32, [bool; 3]>) -> Option<Self> {
+        let points = Points::new(model, held);
+        if points.blocks_in_row() < FEWEST_BLOCKS {
+            return None;
+        }
+        let mut grids = FunctionGrid::over(&points);
+        let (inverse, softest) = stiffness::invert(model, held, &points, &mut grids);
+        Some(Self {
+            inverse,
+            softest,
+            has_turned: false,
+            grids,
+            forces: vec![CornerVectors::default(); model.packs.packs.len()],
+            moved: vec![Vec3::zeros(); points.positions.len()],
+            points,
+        })
+    }
+
+    /// Multiplies the inverse stiffnesses by a factor.
+    pub(super) fn scale(&mut self, factor: f64) {
+        let grids = self.grids.iter_mut().flat_map(|grid| &mut grid.inverse);
+        self.inverse.iter_mut().chain(grids).flatten().for_each(|inverse| *inverse *= factor);
+    }
+
+    /// Adapts the stiffnesses to blocks that have rotated far. The modulus G along a function
+    /// becomes M at most.
+    fn turn(&mut self) {
+        if !std::mem::replace(&mut self.has_turned, true) {
+            self.scale(self.softest);
+        }
+    }
+
+    /// Computes the motion of the points from the forces on the corners.
+    fn respond(&mut self) {
+        let Self { points, inverse, grids, forces, moved, .. } = self;
+        fill(moved, |point| {
+            let on = points.corners_of(point).iter();
+            on.fold(Vec3::zeros(), |sum, corner| sum + corner.of(forces))
+        });
+        let mut finer: &[Vec3] = moved;
+        for grid in grids.iter_mut() {
+            grid.collect(finer);
+            finer = &grid.moved;
+        }
+        let mut coarser: Option<&FunctionGrid> = None;
+        for grid in grids.iter_mut().rev() {
+            grid.respond(coarser);
+            coarser = Some(grid);
+        }
+        let respond = |(point, moved): (usize, &mut Vec3)| {
+            let own = moved.component_mul(&Vec3::from(inverse[point]));
+            *moved = own + coarser.map_or_else(Vec3::zeros, |grid| grid.at(point));
+        };
+        if moved.len() < MANY_POINTS {
+            moved.iter_mut().enumerate().for_each(respond);
+        } else {
+            moved.par_iter_mut().enumerate().for_each(respond);
+        }
+    }
+
+    /// Adds the motion of a pack of deformable blocks with `n` divisions.
+    #[simd]
+    pub(super) fn add<S: Simd>(
+        &self,
+        simd: S,
+        class: &InverseMassRows,
+        pack: usize,
+        n: usize,
+        out: &mut [Lanes],
+    ) {
+        block::add_motion(simd, class, n, &self.corners_of(pack), out);
+    }
+
+    /// Adds the motion of a pack of rigid blocks.
+    pub(super) fn add_rigid(
+        &self,
+        model: &Model,
+        poses: Option<&[Pose; LANES]>,
+        pack: usize,
+        out: &mut [Lanes],
+    ) {
+        block::add_rigid_motion(model, poses, pack, &self.corners_of(pack), out);
+    }
+
+    /// Motion of the corners of the blocks of a pack `[m]`.
+    fn corners_of(&self, pack: usize) -> CornerVectors {
+        let mut corners = CornerVectors::default();
+        for (corner, at) in self.points.of_pack[pack].iter().enumerate() {
+            for (lane, &point) in at.iter().enumerate().filter(|(_, point)| **point != NO_POINT) {
+                let moved = &self.moved[point as usize];
+                (0..3).for_each(|c| corners.0[corner][c].0[lane] = moved[c]);
+            }
+        }
+        corners
+    }
+}
+
+/// Sets all values of a field by number.
+fn fill(field: &mut [Vec3], of: impl Fn(usize) -> Vec3 + Sync) {
+    if field.len() < MANY_POINTS {
+        field.iter_mut().enumerate().for_each(|(number, value)| *value = of(number));
+    } else {
+        field.par_iter_mut().enumerate().for_each(|(number, value)| *value = of(number));
+    }
+}
+
+impl Preconditioner {
+    /// Turns the masses with the blocks, whose frames are given.
+    pub(crate) fn turn(&mut self, frames: &Vec<Frame>) {
+        self.frames.clone_from(frames);
+        self.smooth.iter_mut().for_each(SmoothMotions::turn);
+    }
+
+    /// Computes the smooth motions under the forces `f` on all nodes; `accelerations` adds them.
+    /// `poses` are those of the rigid blocks, if they have rotated.
+    pub(crate) fn respond(
+        &mut self,
+        model: &Model,
+        poses: Option<&[[Pose; LANES]]>,
+        f: &[Lanes],
+        level: Level,
+    ) {
+        let Self { smooth: Some(smooth), classes, of_pack, .. } = self else { return };
+        let packs = &model.packs;
+        each_pack(packs, [], &mut smooth.forces, |index, [], forces| {
+            let f = &f[node_start(packs, index)..node_start(packs, index + 1)];
+            let pack = &packs.packs[index];
+            if pack.rigid {
+                let poses = poses.map(|poses| &poses[pack.rigid_start]);
+                *forces = block::rigid_corner_forces(model, poses, index, f);
+            } else {
+                let class = &classes[of_pack[index] as usize];
+                let n = packs.numbering_of(pack).divisions;
+                dispatch!(level, simd => block::corner_forces(simd, class, n, f, forces));
+            }
+        });
+        smooth.respond();
+    }
+}

@@ -1,0 +1,206 @@
+//! Stiffness of a model against smooth motions.
+//!
+//! It only has to be about right, because all inverse masses are scaled together to the limit of
+//! stability afterwards. A function w that moves along c has the energy
+//! `½ Σ V [(M − G) (∂w/∂c)² + G |∇w|²]` with the volume V and the moduli of each block, and
+//! `½ k w²` at each held node, which does not follow its surroundings.
+
+use std::collections::HashMap;
+
+use nalgebra::Matrix3;
+use rayon::prelude::*;
+
+use super::WEIGHT;
+use super::block::CORNERS;
+use super::grid::FunctionGrid;
+use super::points::{NO_POINT, Points};
+use crate::model::Model;
+use ddem_mechanics::collide::FaceId;
+use ddem_mesh::Vec3;
+use ddem_mesh::assembly::NO_TABLE;
+
+/// Functions with their values at a point.
+type FunctionValues = Vec<(u32, f64)>;
+
+/// Block as the smooth motions see it.
+struct SmoothBlock {
+    /// Points at its corners.
+    points: [u32; CORNERS],
+    /// Volume `[m³]`.
+    volume: f64,
+    /// Moduli M of uniaxial strain and G of shear `[Pa]`.
+    moduli: [f64; 2],
+    /// Gradients along its edges: the dual of the edge vectors, by rows `[1/m]`.
+    dual: Matrix3<f64>,
+    /// Held nodes: weights of the corners there, and the stiffness along each axis `[N/m]`.
+    held: Vec<([f64; CORNERS], Vec3)>,
+}
+
+impl SmoothBlock {
+    fn new(model: &Model, block: usize, points: [u32; CORNERS]) -> Option<Self> {
+        let geometry = &model.geometry;
+        let edges = [0, 1, 2].map(|d| geometry.axes(block)[d] * geometry.edge(block, d));
+        let edges = Matrix3::from_columns(&edges);
+        let moduli = if geometry.is_rigid(block) {
+            joint_moduli(model, block)
+        } else {
+            let (pack, lane) = model.packs.slot(block);
+            let table = model.assembly.pack_tables[pack][0];
+            let element = (table != NO_TABLE)
+                .then(|| model.assembly.tables[table as usize].elements[lane])
+                .flatten()?;
+            let elastic = &model.assembly.elements[element as usize].elastic;
+            [elastic.p_modulus(), elastic.shear]
+        };
+        let (volume, dual) = (edges.determinant().abs(), edges.try_inverse()?);
+        Some(Self { points, volume, moduli, dual, held: Vec::new() })
+    }
+
+    /// Adds a held node at lattice steps `at` of a block of `n` divisions.
+    fn hold(&mut self, at: [usize; 3], n: usize, axes: [bool; 3]) {
+        // The part of the elements around a node on a face that belong to this block.
+        let sides = at.iter().filter(|&&at| at == 0 || at == n).count() as i32;
+        let element = self.volume.cbrt() / n as f64;
+        let k = self.moduli[0] * element * 0.5_f64.powi(sides - 1);
+        let weights = std::array::from_fn(|corner| {
+            let part = |d: usize| {
+                let fraction = at[d] as f64 / n as f64;
+                if corner >> d & 1 == 1 { fraction } else { 1.0 - fraction }
+            };
+            part(0) * part(1) * part(2)
+        });
+        self.held.push((weights, Vec3::from(axes.map(|held| if held { k } else { 0.0 }))));
+    }
+
+    /// Stiffness against a function for each component, from its values at the corners `[N/m]`.
+    fn stiffness(&self, values: &[f64; CORNERS]) -> Vec3 {
+        let (mut mean, mut rest) = (Vec3::zeros(), Vec3::zeros());
+        for d in 0..3 {
+            // Differences along the four edges. The derivative is bilinear between them.
+            let [next, last] = [1 << ((d + 1) % 3), 1 << ((d + 2) % 3)];
+            let slope = [0, next, last, next | last].map(|k| values[k | 1 << d] - values[k]);
+            let [a, b, c, e] = slope;
+            mean[d] = 0.25 * (a + b + c + e);
+            let squares: f64 = slope.iter().map(|x| x * x).sum();
+            let products = (a + e) * (b + c) / 9.0 + (a * e + b * c) / 18.0;
+            rest[d] = squares / 9.0 + products - mean[d] * mean[d];
+        }
+        // The mean gradient, and the rest along each edge alone.
+        let mut squares = (self.dual.transpose() * mean).map(|x| x * x);
+        for (rest, row) in rest.iter().zip(self.dual.row_iter()) {
+            squares += row.transpose().map(|x| x * x * rest);
+        }
+        let [axial, shear] = self.moduli;
+        let all = squares.sum();
+        let mut stiffness = squares.map(|own| self.volume * ((axial - shear) * own + shear * all));
+        for (weights, k) in &self.held {
+            let value: f64 = weights.iter().zip(values).map(|(weight, value)| weight * value).sum();
+            stiffness += k * (value * value);
+        }
+        stiffness
+    }
+
+    /// Stiffness of this block against each function that does not vanish on it `[N/m]`; `of` gives
+    /// the functions at each point.
+    fn stiffnesses(&self, of: &[FunctionValues]) -> Vec<(u32, Vec3)> {
+        let mut functions: Vec<(u32, [f64; CORNERS])> = Vec::new();
+        for (corner, &point) in self.points.iter().enumerate() {
+            for &(function, value) in &of[point as usize] {
+                let known = functions.iter().position(|(number, _)| *number == function);
+                let own = known.unwrap_or_else(|| {
+                    functions.push((function, [0.0; CORNERS]));
+                    functions.len() - 1
+                });
+                functions[own].1[corner] = value;
+            }
+        }
+        let stiffness = |(function, values): &(u32, _)| (*function, self.stiffness(values));
+        functions.iter().map(stiffness).collect()
+    }
+}
+
+/// Moduli of a set of rigid blocks with the joints of one of them: those of its stiffest joint
+/// over an edge of the block `[Pa]`.
+fn joint_moduli(model: &Model, block: usize) -> [f64; 2] {
+    let geometry = &model.geometry;
+    let mut moduli = [0.0_f64; 2];
+    for direction in 0..3 {
+        let beyond = |upper| geometry.beyond(block, FaceId { direction, upper });
+        let owners = [beyond(true).map(|_| block), beyond(false)];
+        for owner in owners.into_iter().flatten() {
+            let joint = usize::from(geometry.joint_above(owner, direction));
+            let Some(joint) = model.properties.joints.get(joint) else { continue };
+            let (stiffness, edge) = (joint.stiffness(), geometry.edge(block, direction));
+            moduli[0] = moduli[0].max(stiffness.normal * edge);
+            moduli[1] = moduli[1].max(stiffness.shear * edge);
+        }
+    }
+    moduli
+}
+
+/// Blocks that take part in smooth motions.
+fn smooth_blocks(
+    model: &Model,
+    held: &HashMap<u32, [bool; 3]>,
+    points: &Points,
+) -> Vec<SmoothBlock> {
+    let geometry = &model.geometry;
+    let mut of_block = vec![None; geometry.blocks.len()];
+    let mut blocks = Vec::new();
+    for (pack, at) in model.packs.packs.iter().zip(&points.of_pack) {
+        for lane in 0..pack.filled {
+            let own = at.map(|corner| corner[lane]);
+            let block = pack.blocks[lane] as usize;
+            if own[0] == NO_POINT {
+                continue;
+            }
+            if let Some(own) = SmoothBlock::new(model, block, own) {
+                of_block[block] = Some(blocks.len());
+                blocks.push(own);
+            }
+        }
+    }
+    // In the order of the nodes, so that sums do not depend on that of the map.
+    let mut held: Vec<(u32, [bool; 3])> = held.iter().map(|(&node, &axes)| (node, axes)).collect();
+    held.sort_unstable();
+    for (node, axes) in held {
+        let (block, at) = geometry.locate(node as usize);
+        if let Some(own) = of_block[block] {
+            blocks[own].hold(at, geometry.topology(block).divisions(), axes);
+        }
+    }
+    blocks
+}
+
+/// Inverse stiffnesses against some functions `[m/N]`, of which `of` gives those at each point.
+fn inverses(blocks: &[SmoothBlock], of: &[FunctionValues], functions: usize) -> Vec<[f64; 3]> {
+    let own: Vec<_> = blocks.par_iter().map(|block| block.stiffnesses(of)).collect();
+    let mut sums = vec![Vec3::zeros(); functions];
+    for (function, stiffness) in own.into_iter().flatten() {
+        sums[function as usize] += stiffness;
+    }
+    let invert = |k: f64| if k > 0.0 { WEIGHT / k } else { 0.0 };
+    sums.iter().map(|sum| sum.map(invert).into()).collect()
+}
+
+/// Sets the inverse stiffnesses of the grids; returns those of the points `[m/N]`, and the smallest
+/// ratio `G/M` of the moduli of a block.
+pub(super) fn invert(
+    model: &Model,
+    held: &HashMap<u32, [bool; 3]>,
+    points: &Points,
+    grids: &mut [FunctionGrid],
+) -> (Vec<[f64; 3]>, f64) {
+    let blocks = smooth_blocks(model, held, points);
+    let all = points.positions.len();
+    let mut of: Vec<FunctionValues> = (0..all as u32).map(|point| vec![(point, 1.0)]).collect();
+    let of_points = inverses(&blocks, &of, all);
+    for grid in grids {
+        of = of.par_iter().map(|finer| grid.coarser(finer)).collect();
+        grid.inverse = inverses(&blocks, &of, grid.moved.len());
+    }
+    let ratio = |block: &SmoothBlock| block.moduli[1] / block.moduli[0];
+    let softest =
+        blocks.iter().filter(|block| block.moduli[0] > 0.0).map(ratio).fold(1.0, f64::min);
+    (of_points, softest)
+}
