@@ -141,8 +141,9 @@ impl Preconditioner {
                 preconditioner.take(masses, &mut known);
             }
         }
-        preconditioner.smooth =
-            contact_masses.joined.then(|| SmoothMotions::new(model, held)).flatten();
+        // Parts of cells have corners inside the cells, where several tied nodes are one point.
+        let smooth = contact_masses.joined && model.ties.is_empty();
+        preconditioner.smooth = smooth.then(|| SmoothMotions::new(model, held)).flatten();
         Ok(preconditioner)
     }
 
