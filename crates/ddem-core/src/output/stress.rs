@@ -111,33 +111,41 @@ impl Snapshot<'_> {
 impl StressSource<'_> {
     /// Implements [`Simulation::stress`](crate::Simulation::stress).
     pub(super) fn stress(&self, at: [usize; 3]) -> [f64; 6] {
-        if let Some((tables, _)) = &self.part {
-            let turned = self.rotation * self.part_stress(tables, at) * self.rotation.transpose();
-            return COMPONENTS.map(|at| turned[at]);
-        }
-        // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
-        let mut gradient = Matrix3::zeros();
-        for corner in 0..8 {
-            let node = 3 * self.topology.node([0, 1, 2].map(|d| at[d] + (corner >> d & 1)));
-            let u = Vec3::from([0, 1, 2].map(|c| self.u[node + c].0[self.lane]));
-            for d in 0..3 {
-                let sign = if corner >> d & 1 == 1 { 0.25 } else { -0.25 };
-                gradient += u * self.inverse.row(d) * sign;
-            }
-        }
-        let own = self.own(at, &gradient);
+        let own = self.own(at, &self.gradient(at));
         let turned = self.rotation * own * self.rotation.transpose();
         COMPONENTS.map(|at| turned[at])
     }
 
-    /// Mean stress of an element of a part of a cell in the frame of the block `[Pa]`.
-    fn part_stress(&self, tables: &[HexahedronTable], at: [usize; 3]) -> Matrix3<f64> {
-        let element = self.topology.element(at);
-        let u = self
-            .topology
-            .hex(element)
-            .map(|node| Vec3::from([0, 1, 2].map(|c| self.u[3 * node + c].0[self.lane])));
-        self.own(at, &tables[element].mean_gradient(self.lane, &u))
+    /// Least and largest principal stress of an element `[Pa]`. They do not depend on the rotation
+    /// of the block.
+    pub(crate) fn range(&self, at: [usize; 3]) -> [f64; 2] {
+        let own = self.own(at, &self.gradient(at));
+        principal(&COMPONENTS.map(|at| own[at]))
+    }
+
+    /// Mean of `∂u/∂X` over an element.
+    fn gradient(&self, at: [usize; 3]) -> Matrix3<f64> {
+        if let Some((tables, _)) = &self.part {
+            let element = self.topology.element(at);
+            let u = |node: usize| Vec3::from([0, 1, 2].map(|c| self.u[3 * node + c].0[self.lane]));
+            return tables[element].mean_gradient(self.lane, &self.topology.hex(element).map(u));
+        }
+        // Mean differences along the three edges: ∂u/∂X = Σ_d (Δ_d u) ⊗ (row d of the inverse).
+        let first = self.topology.node(at);
+        let mut differences = [[0.0; 3]; 3];
+        for corner in 0..8 {
+            let [i, j, k] = [0, 1, 2].map(|d| corner >> d & 1);
+            let node = 3 * (first + self.topology.node([i, j, k]));
+            for (c, u) in self.u[node..node + 3].iter().map(|u| u.0[self.lane]).enumerate() {
+                differences[0][c] += if i == 1 { u } else { -u };
+                differences[1][c] += if j == 1 { u } else { -u };
+                differences[2][c] += if k == 1 { u } else { -u };
+            }
+        }
+        Matrix3::from_fn(|i, k| {
+            let along = |d: usize| differences[d][i] * self.inverse[(d, k)];
+            0.25 * (along(0) + along(1) + along(2))
+        })
     }
 
     /// Stress `σ⁰ + C : sym(Rᵀ F − 1)` from `∂u/∂X`, in the frame of the block `[Pa]`.
@@ -153,32 +161,6 @@ impl StressSource<'_> {
             let steps = self.edges.iter().zip(at).map(|(edge, steps)| edge * steps as f64);
             own + stress.at(&(first + steps.sum::<Vec3>()))
         })
-    }
-
-    /// Least and largest principal stress of an element `[Pa]`. They take a third of the work of
-    /// the whole stress, because they do not depend on the rotation of the block.
-    pub(crate) fn range(&self, at: [usize; 3]) -> [f64; 2] {
-        if let Some((tables, _)) = &self.part {
-            let own = self.part_stress(tables, at);
-            return principal(&COMPONENTS.map(|at| own[at]));
-        }
-        let first = self.topology.node(at);
-        let mut differences = [[0.0; 3]; 3];
-        for corner in 0..8 {
-            let [i, j, k] = [0, 1, 2].map(|d| corner >> d & 1);
-            let node = 3 * (first + self.topology.node([i, j, k]));
-            for (c, u) in self.u[node..node + 3].iter().map(|u| u.0[self.lane]).enumerate() {
-                differences[0][c] += if i == 1 { u } else { -u };
-                differences[1][c] += if j == 1 { u } else { -u };
-                differences[2][c] += if k == 1 { u } else { -u };
-            }
-        }
-        let gradient = Matrix3::from_fn(|i, k| {
-            let along = |d: usize| differences[d][i] * self.inverse[(d, k)];
-            0.25 * (along(0) + along(1) + along(2))
-        });
-        let own = self.own(at, &gradient);
-        principal(&COMPONENTS.map(|at| own[at]))
     }
 }
 
