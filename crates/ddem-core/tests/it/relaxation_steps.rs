@@ -7,11 +7,11 @@ use crate::decks::*;
 
 /// Steps to equilibrium of a set of blocks of a metre under their weight, held where `x` along
 /// `axis` is zero.
-fn steps(count: [usize; 3], axis: usize, rigid: bool) -> (u64, Simulation) {
-    let mut deck = deck(count, count.map(|n| n as f64), if rigid { 1 } else { 2 }, 0.01);
+fn steps(count: [u32; 3], axis: usize, rigid: bool) -> (u64, Simulation) {
+    let mut deck = deck(count, count.map(f64::from), if rigid { 1 } else { 2 }, 0.01);
     deck.model.gravity = [0.0, 0.0, -9.81];
     if rigid {
-        deck.blocks[0].rigid = true;
+        deck.blocks[0].body = Body::Rigid;
     }
     deck.fix.push(fix(plane(axis, 0.0), "xyz"));
     let mut simulation = simulation(&deck);

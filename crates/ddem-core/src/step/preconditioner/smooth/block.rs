@@ -94,13 +94,13 @@ fn weights(y: f64, z: f64) -> [f64; 4] {
 /// Components of a vector along the free degrees of freedom of a node.
 #[inline(always)]
 fn free<S: Simd>(simd: S, class: &InverseMassRows, node: usize, v: Vector<S>) -> Vector<S> {
-    let inverse = load_at(simd, &class.rows, 3 * class.start[node] as usize);
-    let mut out = v;
-    for c in 0..3 {
-        let none = splat(simd, 0.0);
-        out[c] = inverse[c].simd_gt(none).select(v[c], none);
-    }
-    out
+    let [x, y, z] = load_at(simd, &class.rows, 3 * class.start[node] as usize);
+    let none = splat(simd, 0.0);
+    [
+        x.simd_gt(none).select(v[0], none),
+        y.simd_gt(none).select(v[1], none),
+        z.simd_gt(none).select(v[2], none),
+    ]
 }
 
 /// Rotation of the block in a lane.
