@@ -176,8 +176,8 @@ fn joined_cells_hold_where_their_nodes_do_not_match() {
 fn entries_that_regions_do_not_have_yet() {
     let sections = [
         "[[blocks]]\nsize = [1, 1, 1]\nmaterial = 'granite'\norigin = [9, 0, 0]",
-        "[[refine]]\nfactor = 2",
-        "[[charge]]\nmass = 1.0\nexplosive = { density = 1000.0, velocity = 4000.0 }\nwhere = { x = [0, 1] }",
+        "[[refine]]\nfactor = 2\nwhere = { x = [0, 1] }",
+        "[[charge]]\nmass = 1.0\nexplosive = { density = 1000.0, detonation_velocity = 4000.0 }\nwhere = { x = [0, 1] }",
         "[[boundary]]\nkind = 'viscous'\nwhere = { x = 4.0 }",
         "[[load]]\nline = [0, 0, 1.0]\nwhere = { x = 0.0, z = 2.0 }",
         "[[assign]]\njoint = 'major'\nfrom = 'dig'",
@@ -213,7 +213,7 @@ fn wrong_geometries_of_regions() {
     let mut found = Vec::new();
     for more in [
         "[[remove]]\nwhere = { x = [3.9, 4.0] }",
-        "[[remove]]",
+        "[[remove]]\nwhere = { x = [0.0, 4.0] }",
         "[[assign]]\njoint = 'major'\nwhere = { x = [3.99, 4.0] }",
         "[[assign]]\nmaterial = 'soil'\nwhere = { x = [3.99, 4.0] }",
     ] {

@@ -145,7 +145,8 @@ impl RockBlocks<'_> {
             let plane = &self.rock.complex.planes()[face.plane as usize];
             !plane.joined && plane.source == PlaneSource::Region && self.both_exist(face)
         })?;
-        let [a, b] = shared.cells.map(|cell| self.region(cell as usize));
+        let regions = shared.cells.map(|cell| self.region(cell as usize));
+        let [a, b] = [regions[0].min(regions[1]), regions[0].max(regions[1])];
         let names = [a, b].map(|region| self.rock.region_name(region));
         let message = format!(
             "regions `{}` and `{}` touch: joints between regions cannot be run yet",
