@@ -78,7 +78,7 @@ fn hexahedra(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
         [constant("cell", &cells), constant("block", &blocks), constant("region", &regions)];
     let fields = ["volume", "width"].map(|name| FieldSpec::cell(name, 1));
     let mut writer = Writer::create(path, &grid, &constants, &fields)?;
-    writer.append(0.0, None, &mut |field, rows, out| {
+    writer.append(0.0, None, &|field, rows, out| {
         for (value, row) in out.iter_mut().zip(rows) {
             let properties = &rock.properties[hexes.cells[row] as usize];
             *value = [properties.volume, properties.width][field];

@@ -184,9 +184,8 @@ impl BrokenJoints {
     /// Memory in use `[bytes]`.
     pub fn bytes(&self) -> usize {
         let lattices = self.packs.iter().flatten().flat_map(|pack| pack.iter().flatten());
-        let own = |l: &Box<BrokenLattice>| {
-            size_of::<BrokenLattice>() + l.alive.len() * size_of::<Lanes>() + l.points.bytes()
-        };
+        let lattices = lattices.map(|lattice| &**lattice);
+        let own = |l: &BrokenLattice| size_of_val(l) + size_of_val(&l.alive[..]) + l.points.bytes();
         self.packs.len() * size_of::<BrokenLattices>() + lattices.map(own).sum::<usize>()
     }
 }

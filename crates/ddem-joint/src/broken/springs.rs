@@ -285,7 +285,7 @@ impl<'a, S: Simd> FailedSprings<'a, S> {
         pull.stored = Lanes::from(pull.stored.load(simd) + stored);
         let more = [loss.friction, loss.fracture, loss.damping];
         for (sum, more) in self.losses.iter_mut().zip(more) {
-            *sum = *sum + mask.select(area * more, zero);
+            *sum += mask.select(area * more, zero);
         }
         points.store(simd, pair, &state, mask);
         if self.relaxing {

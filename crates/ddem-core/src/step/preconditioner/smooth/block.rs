@@ -49,8 +49,8 @@ pub(super) fn corner_forces<S: Simd>(
             corners[2 * pair + 1] = add(corners[2 * pair + 1], scale(ends[1], weight));
         }
     }
-    for corner in 0..CORNERS {
-        store_at(out.0.as_flattened_mut(), 3 * corner, corners[corner]);
+    for (out, corner) in out.0.iter_mut().zip(corners) {
+        store_at(out, 0, corner);
     }
 }
 
@@ -70,9 +70,8 @@ pub(super) fn add_motion<S: Simd>(
         let (y, z) = ((row % side) as f64 * step, (row / side) as f64 * step);
         for (pair, weight) in weights(y, z).into_iter().enumerate() {
             let weight = splat(simd, weight);
-            for end in 0..2 {
-                let corner = load(simd, &corners.0[2 * pair + end]);
-                ends[end] = add(ends[end], scale(corner, weight));
+            for (end, corner) in ends.iter_mut().zip(&corners.0[2 * pair..]) {
+                *end = add(*end, scale(load(simd, corner), weight));
             }
         }
         let across = sub(ends[1], ends[0]);

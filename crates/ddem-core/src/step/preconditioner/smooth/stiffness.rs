@@ -60,7 +60,7 @@ impl SmoothBlock {
     fn hold(&mut self, at: [usize; 3], n: usize, axes: [bool; 3]) {
         // The part of the elements around a node on a face that belong to this block.
         let sides = at.iter().filter(|&&at| at == 0 || at == n).count() as i32;
-        let element = self.volume.cbrt() / n as f64;
+        let element = libm::cbrt(self.volume) / n as f64;
         let k = self.moduli[0] * element * 0.5_f64.powi(sides - 1);
         let weights = std::array::from_fn(|corner| {
             let part = |d: usize| {
