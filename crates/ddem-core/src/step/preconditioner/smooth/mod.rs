@@ -60,9 +60,13 @@ pub(super) struct SmoothMotions {
 }
 
 impl SmoothMotions {
-    /// Motions of the blocks of a model; `None` if it has so few that they save no steps. Held
-    /// degrees of freedom do not take part.
+    /// Motions of the blocks of a model; `None` if it has so few that they save no steps, or rigid
+    /// ones, whose held blocks would need a stiffness of their own. Held degrees of freedom do not
+    /// take part.
     pub(super) fn new(model: &Model, held: &HashMap<u32, [bool; 3]>) -> Option<Self> {
+        if model.packs.rigid > 0 {
+            return None;
+        }
         let points = Points::new(model, held);
         if points.blocks_in_row() < FEWEST_BLOCKS {
             return None;

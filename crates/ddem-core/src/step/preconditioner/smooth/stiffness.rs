@@ -19,6 +19,9 @@ use ddem_mechanics::collide::FaceId;
 use ddem_mesh::Vec3;
 use ddem_mesh::assembly::NO_TABLE;
 
+/// Fraction of the largest stiffness below which a motion is free.
+const NOTHING: f64 = 1e-9;
+
 /// Functions with their values at a point.
 type FunctionValues = Vec<(u32, f64)>;
 
@@ -179,7 +182,9 @@ fn inverses(blocks: &[SmoothBlock], of: &[FunctionValues], functions: usize) -> 
     for (function, stiffness) in own.into_iter().flatten() {
         sums[function as usize] += stiffness;
     }
-    let invert = |k: f64| if k > 0.0 { WEIGHT / k } else { 0.0 };
+    // A motion that nothing holds has a stiffness of rounding only, and takes no part.
+    let least = NOTHING * sums.iter().map(|sum| sum.max()).fold(0.0, f64::max);
+    let invert = |k: f64| if k > least { WEIGHT / k } else { 0.0 };
     sums.iter().map(|sum| sum.map(invert).into()).collect()
 }
 
