@@ -166,6 +166,7 @@ impl Simulation {
             progress.rest();
             return Ok(Relaxed::Moving);
         }
+        progress.is_smooth = preconditioner.is_smooth();
         let had_failed = self.state.failed != [0; 2];
         if self.fails_now(progress, tolerance) {
             if !had_failed {

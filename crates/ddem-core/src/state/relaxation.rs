@@ -27,6 +27,8 @@ pub(crate) struct RelaxationProgress {
     pub(crate) to: Vec<f64>,
     /// True if failure has been checked near this equilibrium.
     pub(crate) failure_checked: bool,
+    /// True if the masses contain smooth motions of many blocks.
+    pub(crate) is_smooth: bool,
     /// True if blocks have met in this relaxation that are not joined.
     pub(crate) has_met: bool,
     /// True if blocks have rotated far, so that the masses rotate with them.
@@ -70,7 +72,8 @@ impl RelaxationProgress {
 
     /// True if the last steps are short relative to the whole path, or if nothing has had to move.
     pub(crate) fn has_stopped(&self, tolerance: f64) -> bool {
-        let window = (self.steps / 3).clamp(SHORT_WINDOW, WINDOW);
+        let least = if self.is_smooth { SHORT_WINDOW } else { WINDOW };
+        let window = (self.steps / 3).clamp(least, WINDOW);
         let last: f64 = self.last.iter().rev().take(window).sum();
         self.path_length == 0.0
             || (self.last.len() >= window && last <= 2.0 * tolerance * self.path_length)

@@ -166,6 +166,11 @@ impl Preconditioner {
         }
     }
 
+    /// True if the masses contain smooth motions of many blocks.
+    pub(crate) fn is_smooth(&self) -> bool {
+        self.smooth.is_some()
+    }
+
     /// Multiplies all inverse masses by a factor.
     pub(crate) fn scale(&mut self, factor: f64) {
         for row in self.classes.iter_mut().flat_map(|class| &mut class.rows) {
