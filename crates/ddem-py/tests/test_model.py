@@ -105,7 +105,7 @@ def test_every_section_round_trips(tmp_path: Path) -> None:
     model = full()
     rounds(model, tmp_path)
     sections = set(ddem.schema()["properties"])
-    # These are the only sections that the full model lacks: regions cannot be run yet.
+    # These are the only sections that the full model lacks: regions are in decks only.
     assert sections - set(model.deck) == {"refine", "region", "cut"}
     assert model.build().n_blocks == 4 + 1
 

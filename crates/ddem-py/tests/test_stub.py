@@ -88,7 +88,7 @@ def test_every_deck_section_has_a_method() -> None:
         "joints": "add_blocks",
         "blocks": "add_blocks",
     }
-    # Regions cannot be run yet: decks have them, models do not.
+    # Regions are in decks only: models do not have them yet.
     for section in set(ddem.schema()["properties"]) - {"region", "cut"}:
         assert keywords("Model", made_by.get(section, section))
 
