@@ -46,7 +46,7 @@ pub(crate) fn largest_clustered(
             return Err(RunError::Stopped);
         }
         internal_forces(FirstPass::linear(model, &x), broken_joints, scratch);
-        preconditioner.respond(model, None, &scratch.f, scratch.level);
+        preconditioner.respond(model, &scratch.f, scratch.level);
         let preconditioner = &*preconditioner;
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
         let (f, level) = (&scratch.f, scratch.level);
@@ -98,7 +98,7 @@ pub(crate) fn largest_of_gases(
         for (node, area) in nodes.iter().zip(areas) {
             model.set(&mut scratch.f, *node as usize, (*area).into());
         }
-        preconditioner.respond(model, None, &scratch.f, scratch.level);
+        preconditioner.respond(model, &scratch.f, scratch.level);
         for &pack in &walls {
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             response[range.clone()].fill(Lanes::ZERO);

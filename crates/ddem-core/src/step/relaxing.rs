@@ -26,7 +26,7 @@ pub(crate) fn advance_relaxing(
     scratch: &mut Scratch,
 ) -> StepSums {
     let span = scratch.profiler.begin();
-    preconditioner.respond(model, Some(&state.poses), &scratch.f, scratch.level);
+    preconditioner.respond(model, &scratch.f, scratch.level);
     let preconditioner = &*preconditioner;
     let (fields, f, runs, level) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {

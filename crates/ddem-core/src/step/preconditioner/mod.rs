@@ -290,9 +290,6 @@ pub(super) fn accelerations<S: Simd>(
     if pack.rigid {
         let inverses = &preconditioner.rigid[pack.rigid_start];
         rigid::accelerations(model, poses, inverses, index, f, out);
-        if let Some(smooth) = &preconditioner.smooth {
-            smooth.add_rigid(model, poses, index, out);
-        }
         return;
     }
     if preconditioner.frames.is_empty() {

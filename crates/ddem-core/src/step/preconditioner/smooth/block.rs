@@ -1,16 +1,12 @@
-//! Smooth motions inside blocks: trilinear between the corners, or rigid.
+//! Smooth motions inside blocks: trilinear between the corners.
 
 use fearless_simd::{Select, Simd, SimdBase};
 use fearless_simd_macros::simd;
-use nalgebra::{Matrix3, UnitQuaternion};
 
-use crate::model::Model;
 use crate::step::preconditioner::InverseMassRows;
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, Vector, add, load, load_at, scale, splat, store_at, sub, zero,
+    Lanes, Vector, add, load, load_at, scale, splat, store_at, sub, zero,
 };
-use ddem_mechanics::rigid::{MassProperties, Pose};
-use ddem_mesh::Vec3;
 
 /// Number of corners of a block.
 pub(super) const CORNERS: usize = 8;
@@ -100,74 +96,4 @@ fn free<S: Simd>(simd: S, class: &InverseMassRows, node: usize, v: Vector<S>) ->
         y.simd_gt(none).select(v[1], none),
         z.simd_gt(none).select(v[2], none),
     ]
-}
-
-/// Rotation of the block in a lane.
-fn turn_of(poses: Option<&[Pose; LANES]>, lane: usize) -> UnitQuaternion<f64> {
-    poses.map_or_else(UnitQuaternion::identity, |poses| poses[lane].turn)
-}
-
-/// Inverse of the matrix `Σ (|r|² 1 − r rᵀ)` over the corners of a block `[1/m²]`.
-fn inverse_spread(mass_properties: &MassProperties) -> Matrix3<f64> {
-    let arms = (0..CORNERS).map(|corner| mass_properties.arm(corner));
-    let moment: Matrix3<f64> = arms.map(|arm| arm * arm.transpose()).sum();
-    let spread = Matrix3::identity() * moment.trace() - moment;
-    spread.try_inverse().unwrap_or_default()
-}
-
-/// Part of some vectors at the corners of a rigid block that is a motion of the whole block.
-fn rigid_part(
-    mass_properties: &MassProperties,
-    turn: UnitQuaternion<f64>,
-    vectors: [Vec3; CORNERS],
-) -> [Vec3; CORNERS] {
-    let arm = |corner: usize| turn * mass_properties.arm(corner);
-    let (mut shift, mut moment) = (Vec3::zeros(), Vec3::zeros());
-    for (corner, vector) in vectors.iter().enumerate() {
-        shift += vector / CORNERS as f64;
-        moment += arm(corner).cross(vector);
-    }
-    let spin = turn * (inverse_spread(mass_properties) * (turn.inverse() * moment));
-    std::array::from_fn(|corner| shift + spin.cross(&arm(corner)))
-}
-
-/// Forces on the corners of the rigid blocks of a pack that do the same work as `f`.
-pub(super) fn rigid_corner_forces(
-    model: &Model,
-    poses: Option<&[Pose; LANES]>,
-    index: usize,
-    f: &[Lanes],
-) -> CornerVectors {
-    let mut out = CornerVectors::default();
-    let pack = &model.packs.packs[index];
-    for lane in 0..pack.filled {
-        let of = |corner: usize| Vec3::from([0, 1, 2].map(|c| f[3 * corner + c].0[lane]));
-        let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
-        let vectors = std::array::from_fn(of);
-        let forces = rigid_part(mass_properties, turn_of(poses, lane), vectors);
-        for (corner, force) in forces.iter().enumerate() {
-            (0..3).for_each(|c| out.0[corner][c].0[lane] = force[c]);
-        }
-    }
-    out
-}
-
-/// Adds the motion of the corners to that of the rigid blocks of a pack.
-pub(super) fn add_rigid_motion(
-    model: &Model,
-    poses: Option<&[Pose; LANES]>,
-    index: usize,
-    corners: &CornerVectors,
-    out: &mut [Lanes],
-) {
-    let pack = &model.packs.packs[index];
-    for lane in 0..pack.filled {
-        let of = |corner: usize| Vec3::from([0, 1, 2].map(|c| corners.0[corner][c].0[lane]));
-        let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
-        let vectors = std::array::from_fn(of);
-        let moved = rigid_part(mass_properties, turn_of(poses, lane), vectors);
-        for (corner, moved) in moved.iter().enumerate() {
-            (0..3).for_each(|c| out[3 * corner + c].0[lane] += moved[c]);
-        }
-    }
 }

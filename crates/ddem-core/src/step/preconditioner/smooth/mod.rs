@@ -7,8 +7,8 @@
 //! at the nodes and D the stiffness against each function. This is the multilevel preconditioner
 //! of Bramble, Pasciak and Xu.
 //!
-//! Within a block each function is trilinear between the corners, or a rigid motion if the block
-//! does not deform. Corners that face each other across gaps move as one point.
+//! Within a block each function is trilinear between the corners. Corners that face each other across
+//! gaps move as one point.
 
 mod block;
 mod grid;
@@ -24,8 +24,7 @@ use rayon::prelude::*;
 use super::{InverseMassRows, Preconditioner};
 use crate::model::Model;
 use ddem_mechanics::element::corotation::Frame;
-use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::Pose;
+use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::Vec3;
 use ddem_mesh::parallel::{each_pack, node_start};
 
@@ -67,7 +66,7 @@ impl SmoothMotions {
         if model.packs.rigid > 0 {
             return None;
         }
-        let points = Points::new(model, held);
+        let points = Points::new(model);
         if points.blocks_in_row() < FEWEST_BLOCKS {
             return None;
         }
@@ -139,17 +138,6 @@ impl SmoothMotions {
         block::add_motion(simd, class, n, &self.corners_of(pack), out);
     }
 
-    /// Adds the motion of a pack of rigid blocks.
-    pub(super) fn add_rigid(
-        &self,
-        model: &Model,
-        poses: Option<&[Pose; LANES]>,
-        pack: usize,
-        out: &mut [Lanes],
-    ) {
-        block::add_rigid_motion(model, poses, pack, &self.corners_of(pack), out);
-    }
-
     /// Motion of the corners of the blocks of a pack `[m]`.
     fn corners_of(&self, pack: usize) -> CornerVectors {
         let mut corners = CornerVectors::default();
@@ -180,27 +168,14 @@ impl Preconditioner {
     }
 
     /// Computes the smooth motions under the forces `f` on all nodes; `accelerations` adds them.
-    /// `poses` are those of the rigid blocks, if they have rotated.
-    pub(crate) fn respond(
-        &mut self,
-        model: &Model,
-        poses: Option<&[[Pose; LANES]]>,
-        f: &[Lanes],
-        level: Level,
-    ) {
+    pub(crate) fn respond(&mut self, model: &Model, f: &[Lanes], level: Level) {
         let Self { smooth: Some(smooth), classes, of_pack, .. } = self else { return };
         let packs = &model.packs;
         each_pack(packs, [], &mut smooth.forces, |index, [], forces| {
             let f = &f[node_start(packs, index)..node_start(packs, index + 1)];
-            let pack = &packs.packs[index];
-            if pack.rigid {
-                let poses = poses.map(|poses| &poses[pack.rigid_start]);
-                *forces = block::rigid_corner_forces(model, poses, index, f);
-            } else {
-                let class = &classes[of_pack[index] as usize];
-                let n = packs.numbering_of(pack).divisions;
-                dispatch!(level, simd => block::corner_forces(simd, class, n, f, forces));
-            }
+            let class = &classes[of_pack[index] as usize];
+            let n = packs.numbering_of(&packs.packs[index]).divisions;
+            dispatch!(level, simd => block::corner_forces(simd, class, n, f, forces));
         });
         smooth.respond();
     }

@@ -42,7 +42,7 @@ pub(super) struct Points {
 }
 
 impl Points {
-    pub(super) fn new(model: &Model, held: &HashMap<u32, [bool; 3]>) -> Self {
+    pub(super) fn new(model: &Model) -> Self {
         let geometry = &model.geometry;
         let mut number: HashMap<usize, u32> = HashMap::new();
         let mut members: Vec<(u32, PackCorner, Vec3)> = Vec::new();
@@ -51,7 +51,7 @@ impl Points {
         for (index, pack) in model.packs.packs.iter().enumerate() {
             for (lane, &block) in pack.blocks.iter().enumerate().take(pack.filled) {
                 let block = block as usize;
-                if geometry.is_removed(block) || (pack.rigid && is_held(model, block, held)) {
+                if geometry.is_removed(block) {
                     continue;
                 }
                 let steps = geometry.topology(block).corners();
@@ -106,11 +106,4 @@ impl Points {
     pub(super) fn corners_of(&self, point: usize) -> &[PackCorner] {
         &self.corners[self.start[point] as usize..self.start[point + 1] as usize]
     }
-}
-
-/// True if a support holds a node of a block.
-fn is_held(model: &Model, block: usize, held: &HashMap<u32, [bool; 3]>) -> bool {
-    let first = model.geometry.blocks[block].first_node;
-    (first..first + model.geometry.topology(block).nodes() as u32)
-        .any(|node| held.contains_key(&node))
 }

@@ -15,7 +15,6 @@ use super::block::CORNERS;
 use super::grid::FunctionGrid;
 use super::points::{NO_POINT, Points};
 use crate::model::Model;
-use ddem_mechanics::collide::FaceId;
 use ddem_mesh::Vec3;
 use ddem_mesh::assembly::NO_TABLE;
 
@@ -44,17 +43,13 @@ impl SmoothBlock {
         let geometry = &model.geometry;
         let edges = [0, 1, 2].map(|d| geometry.axes(block)[d] * geometry.edge(block, d));
         let edges = Matrix3::from_columns(&edges);
-        let moduli = if geometry.is_rigid(block) {
-            joint_moduli(model, block)
-        } else {
-            let (pack, lane) = model.packs.slot(block);
-            let table = model.assembly.pack_tables[pack][0];
-            let element = (table != NO_TABLE)
-                .then(|| model.assembly.tables[table as usize].elements[lane])
-                .flatten()?;
-            let elastic = &model.assembly.elements[element as usize].elastic;
-            [elastic.p_modulus(), elastic.shear]
-        };
+        let (pack, lane) = model.packs.slot(block);
+        let table = model.assembly.pack_tables[pack][0];
+        let element = (table != NO_TABLE)
+            .then(|| model.assembly.tables[table as usize].elements[lane])
+            .flatten()?;
+        let elastic = &model.assembly.elements[element as usize].elastic;
+        let moduli = [elastic.p_modulus(), elastic.shear];
         let (volume, dual) = (edges.determinant().abs(), edges.try_inverse()?);
         Some(Self { points, volume, moduli, dual, held: Vec::new() })
     }
@@ -120,25 +115,6 @@ impl SmoothBlock {
         let stiffness = |(function, values): &(u32, _)| (*function, self.stiffness(values));
         functions.iter().map(stiffness).collect()
     }
-}
-
-/// Moduli of a set of rigid blocks with the joints of one of them: those of its stiffest joint
-/// over an edge of the block `[Pa]`.
-fn joint_moduli(model: &Model, block: usize) -> [f64; 2] {
-    let geometry = &model.geometry;
-    let mut moduli = [0.0_f64; 2];
-    for direction in 0..3 {
-        let beyond = |upper| geometry.beyond(block, FaceId { direction, upper });
-        let owners = [beyond(true).map(|_| block), beyond(false)];
-        for owner in owners.into_iter().flatten() {
-            let joint = usize::from(geometry.joint_above(owner, direction));
-            let Some(joint) = model.properties.joints.get(joint) else { continue };
-            let (stiffness, edge) = (joint.stiffness(), geometry.edge(block, direction));
-            moduli[0] = moduli[0].max(stiffness.normal * edge);
-            moduli[1] = moduli[1].max(stiffness.shear * edge);
-        }
-    }
-    moduli
 }
 
 /// Blocks that take part in smooth motions.
