@@ -209,3 +209,21 @@ fn rotation_of_cells_gives_no_force() {
         check(case, &what, 0.0, most, Of(10e9, 1e-13));
     }
 }
+
+/// Where a cut has ended on a face, points of faces that are no parallelograms carry the stress.
+#[test]
+fn uniform_stress_nearly_passes_faces_that_do_not_match() {
+    let case = of("cells_pressed");
+    let plane = "plane = { dip = 70, dip_direction = 250, through = [0.9, 1.7, 2.2] }\n";
+    let text = example(case.deck);
+    let text = edited(&text, plane, &format!("{plane}where = {{ z = [2.0, 4.0] }}\n"));
+    for (what, text) in [
+        ("spring joints", text.clone()),
+        ("tied", edited(&text, "joint = \"seam\"", "join = true")),
+    ] {
+        let run = run(&text);
+        let frames = Frames::open(run.path("blocks.vtkhdf"));
+        let stress = deviation(&frames, [0.0, 0.0, -PRESSURE, 0.0, 0.0, 0.0]);
+        at_most(case, &format!("stress deviation [Pa], faces in part, {what}"), 1e5, stress);
+    }
+}

@@ -52,11 +52,13 @@ impl ClippedOverlap<'_> {
         outline: &[[f64; 2]; 4],
     ) -> (Vec<u32>, Vec<u32>) {
         let part = collide::overlap(quad, outline);
-        if are_parallel(quad, outline) {
+        let of_part = self.sides[0].contact_block.is_part();
+        if !of_part && are_parallel(quad, outline) {
             let corners = part.as_slice().iter().filter_map(|vertex| self.put(element, vertex));
             return (corners.collect(), Vec::new());
         }
-        let (corners, inside) = part.squares();
+        let (corners, inside) =
+            if of_part { quarters(part.as_slice(), quad) } else { part.squares() };
         let mut put = |vertices: &[Vertex]| {
             vertices.iter().filter_map(|vertex| self.put(element, vertex)).collect()
         };
@@ -83,4 +85,30 @@ impl ClippedOverlap<'_> {
         self.points.push(ContactPoint::new(points, vertex.area));
         Some(self.points.len() as u32 - 1)
     }
+}
+
+/// Corners and inner points of a part of a face of any shape. Each quarter of a triangle gives 1/12 of
+/// its area to each of its corners and 3/4 to its centroid.
+fn quarters(polygon: &[Vertex], quad: &[[f64; 2]; 4]) -> (Vec<Vertex>, Vec<Vertex>) {
+    let mut corners: Vec<Vertex> =
+        polygon.iter().map(|vertex| Vertex { area: 0.0, ..*vertex }).collect();
+    let mut inside = Vec::new();
+    let mean =
+        |of: &[[f64; 2]]| [0, 1].map(|k| of.iter().map(|at| at[k]).sum::<f64>() / of.len() as f64);
+    let mut put = |at: [f64; 2], area: f64| {
+        inside.push(Vertex { at, on: collide::bilinear(quad, at), area });
+    };
+    for i in 1..polygon.len().saturating_sub(1) {
+        let triangle = [0, i, i + 1];
+        let [a, b, c] = triangle.map(|k| polygon[k].at);
+        let cross = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
+        let quarter = 0.125 * cross.abs();
+        triangle.into_iter().for_each(|k| corners[k].area += quarter / 12.0);
+        let [ab, bc, ca] = [mean(&[a, b]), mean(&[b, c]), mean(&[c, a])];
+        // The middle of an edge belongs to three quarters.
+        [ab, bc, ca].into_iter().for_each(|at| put(at, quarter / 4.0));
+        let all = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
+        all.into_iter().for_each(|of| put(mean(&of), 0.75 * quarter));
+    }
+    (corners, inside)
 }

@@ -194,6 +194,11 @@ impl ContactBlock {
         (corner([n, n]) - corner([0, 0])).cross(&(corner([0, n]) - corner([n, 0])))
     }
 
+    /// True if the block is a part of a cell.
+    pub(super) fn is_part(&self) -> bool {
+        !self.nodes.is_empty()
+    }
+
     /// Outward unit normal of a face of a part at rest; `None` for other blocks.
     pub(super) fn part_normal(&self, face: FaceId) -> Option<Vec3> {
         let side = if face.upper { 1.0 } else { -1.0 };

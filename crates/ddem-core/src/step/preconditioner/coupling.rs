@@ -91,7 +91,7 @@ pub(super) fn inverse_row(
 /// Row of a node of a part of a cell: the inverse of the stiffness diagonal of all nodes tied to it,
 /// joints included.
 fn row_of_part(around: MassContext<'_>, block: usize, at: [usize; 3]) -> [[f64; 3]; 8] {
-    let MassContext { model, held, .. } = around;
+    let MassContext { model, held, bonds, .. } = around;
     let mut row = [[0.0; 3]; 8];
     let node = model.geometry.node(block, at);
     let axes = held.get(&(node as u32)).copied().unwrap_or_default();
@@ -99,7 +99,8 @@ fn row_of_part(around: MassContext<'_>, block: usize, at: [usize; 3]) -> [[f64; 
     let inertia = &model.assembly.inertia[model.assembly.pack_inertia[slot.pack] as usize];
     let diagonal = inertia.moved_diagonal();
     for c in (0..3).filter(|&c| !axes[c]) {
-        let stiffness = diagonal[3 * slot.local(&model.packs) + c].0[slot.lane()];
+        let own = diagonal[3 * slot.local(&model.packs) + c].0[slot.lane()];
+        let stiffness = own + bonds.get(node).copied().unwrap_or_default();
         if stiffness > 0.0 {
             row[0][c] = 1.0 / stiffness;
         }

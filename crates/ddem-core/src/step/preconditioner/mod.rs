@@ -21,7 +21,7 @@ use rayon::prelude::*;
 use crate::error::RunError;
 use crate::model::Model;
 use crate::state::RelaxationProgress;
-use ddem_joint::contact::ContactModel;
+use ddem_joint::contact::{ContactModel, bounds_at_nodes};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes, Vector, load_at, splat, store_at, zero};
 use ddem_mechanics::rigid::Pose;
@@ -77,6 +77,9 @@ struct MassContext<'a> {
     couplings: &'a [Coupling],
     /// Held degrees of freedom, by node.
     held: &'a HashMap<u32, [bool; 3]>,
+    /// Upper bounds of the stiffness of the joints at each node of parts of cells `[N/m]`; empty
+    /// without such joints.
+    bonds: &'a [f64],
     /// Contact data, if blocks may meet.
     contact_model: Option<&'a ContactModel>,
     contact_masses: ContactMasses,
@@ -124,8 +127,15 @@ impl Preconditioner {
     ) -> Result<Self, RunError> {
         let couplings: Vec<Coupling> = model.assembly.elements.iter().map(coupling).collect();
         let contact_model = model.contact.as_ref().filter(|_| contact_masses.any);
-        let around =
-            MassContext { model, couplings: &couplings, held, contact_model, contact_masses };
+        let bonds = bond_bounds(model);
+        let around = MassContext {
+            model,
+            couplings: &couplings,
+            held,
+            bonds: &bonds,
+            contact_model,
+            contact_masses,
+        };
         let packs = 0..model.packs.packs.len();
         let beside = packs.into_par_iter().map(|pack| beside(model, pack)).collect();
         let mut preconditioner = Self { contact_masses, beside, ..Self::default() };
@@ -217,6 +227,26 @@ impl Preconditioner {
         }
         forces
     }
+}
+
+/// Upper bounds of the stiffness of joints at each node of parts of cells `[N/m]`, the two sides and
+/// tied nodes together. A matrix `k A w wᵀ` of a point with weights w, whose sizes sum to 2, is at most
+/// the diagonal matrix of `2 k A w`.
+fn bond_bounds(model: &Model) -> Vec<f64> {
+    let Some(contact) = model.contact.as_ref().filter(|_| !model.ties.is_empty()) else {
+        return Vec::new();
+    };
+    let mut bounds = vec![0.0; model.n_nodes()];
+    for (node, [stiffness, _]) in
+        bounds_at_nodes(&model.bonded_patches, &contact.blocks, &model.geometry)
+    {
+        bounds[node] += 2.0 * stiffness;
+    }
+    for group in model.geometry.tied() {
+        let sum: f64 = group.iter().map(|&node| bounds[node as usize]).sum();
+        group.iter().for_each(|&node| bounds[node as usize] = sum);
+    }
+    bounds
 }
 
 /// Indices of the cells above in [`Preconditioner::beside`], by direction.
