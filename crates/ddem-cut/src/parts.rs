@@ -23,7 +23,7 @@ pub enum PartPoint {
 pub struct CellPart {
     /// Number of the vertex.
     pub vertex: u32,
-    /// Its corners in VTK's order. The vertex is the first one; the faces across the first, second
+    /// Corners in VTK's order. The vertex is the first one; the faces across the first, second
     /// and third edge through it are parts of faces of the cell.
     pub points: [PartPoint; 8],
     /// Positions of the corners `[m]`.

@@ -6,7 +6,7 @@
 
 use rayon::prelude::*;
 
-use super::points::Points;
+use super::points::SmoothPoints;
 use ddem_mesh::Vec3;
 
 /// Smallest edge of a cell along each direction, in mean blocks.
@@ -56,7 +56,7 @@ pub(super) struct FunctionGrid {
 
 impl FunctionGrid {
     /// Grids over the points of a model, until one cell covers all of them.
-    pub(super) fn over(points: &Points) -> Vec<Self> {
+    pub(super) fn over(points: &SmoothPoints) -> Vec<Self> {
         let [low, length] = points.bounds();
         let finest = points.extent * BLOCKS_PER_CELL;
         let mut spacing = finest.min();

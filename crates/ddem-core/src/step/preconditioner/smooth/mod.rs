@@ -30,7 +30,7 @@ use ddem_mesh::parallel::{each_pack, node_start};
 
 use block::CornerVectors;
 use grid::FunctionGrid;
-use points::{NO_POINT, Points};
+use points::{NO_POINT, SmoothPoints};
 
 /// Weight of the smooth motions beside the masses of clusters. With 1 the largest eigenvalue of
 /// `M⁻¹K` doubles, which costs more steps than the smaller stiffness saves.
@@ -43,7 +43,7 @@ const MANY_POINTS: usize = 4000;
 /// Smooth motions of a model.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SmoothMotions {
-    points: Points,
+    points: SmoothPoints,
     /// Inverse stiffness of the motion of each point `[m/N]`.
     inverse: Vec<[f64; 3]>,
     /// Smallest ratio `G/M` of the moduli of a block.
@@ -66,7 +66,7 @@ impl SmoothMotions {
         if model.packs.rigid > 0 {
             return None;
         }
-        let points = Points::new(model);
+        let points = SmoothPoints::new(model);
         if points.blocks_in_row() < FEWEST_BLOCKS {
             return None;
         }

@@ -29,7 +29,7 @@ impl PackCorner {
 
 /// Points of a model: the corners that face each other across gaps are one point.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Points {
+pub(super) struct SmoothPoints {
     /// Mean reference position of the corners of each point `[m]`.
     pub(super) positions: Vec<Vec3>,
     /// Points at the corners of the blocks of each pack, by corner and lane.
@@ -41,7 +41,7 @@ pub(super) struct Points {
     pub(super) extent: Vec3,
 }
 
-impl Points {
+impl SmoothPoints {
     pub(super) fn new(model: &Model) -> Self {
         let geometry = &model.geometry;
         let mut number: HashMap<usize, u32> = HashMap::new();

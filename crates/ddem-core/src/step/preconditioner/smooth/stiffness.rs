@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use super::WEIGHT;
 use super::block::CORNERS;
 use super::grid::FunctionGrid;
-use super::points::{NO_POINT, Points};
+use super::points::{NO_POINT, SmoothPoints};
 use crate::model::Model;
 use ddem_mesh::Vec3;
 use ddem_mesh::assembly::NO_TABLE;
@@ -121,7 +121,7 @@ impl SmoothBlock {
 fn smooth_blocks(
     model: &Model,
     held: &HashMap<u32, [bool; 3]>,
-    points: &Points,
+    points: &SmoothPoints,
 ) -> Vec<SmoothBlock> {
     let geometry = &model.geometry;
     let mut of_block = vec![None; geometry.blocks.len()];
@@ -169,7 +169,7 @@ fn inverses(blocks: &[SmoothBlock], of: &[FunctionValues], functions: usize) -> 
 pub(super) fn invert(
     model: &Model,
     held: &HashMap<u32, [bool; 3]>,
-    points: &Points,
+    points: &SmoothPoints,
     grids: &mut [FunctionGrid],
 ) -> (Vec<[f64; 3]>, f64) {
     let blocks = smooth_blocks(model, held, points);
