@@ -55,7 +55,8 @@ pub(super) fn respond<N: Number>(
     points.damage = N::select(softens | open, start_damage, start_damage.or_more(one));
     points.normal = stiffness[0] * gap * contact_fraction(&before, gap);
     if N::any(open) {
-        let bond = Bond { tension: law.tensile(), stiffness: stiffness[0], last: softening[0] };
+        let bond =
+            TensileBond { tension: law.tensile(), stiffness: stiffness[0], last: softening[0] };
         let damage = bond.damage(gap, start_damage);
         let parts = damage.reaches(one) & law.residual_cohesion().exceeds(zero);
         let damage = N::select(parts, gap.like(PARTED), damage);
@@ -113,7 +114,7 @@ impl<N: Number> LastEquilibrium<N> {
 
 /// Bond of points in tension.
 #[derive(Clone, Copy)]
-struct Bond<N> {
+struct TensileBond<N> {
     /// Tensile strength `[Pa]`.
     tension: N,
     /// Normal stiffness `[Pa/m]`.
@@ -122,7 +123,7 @@ struct Bond<N> {
     last: N,
 }
 
-impl<N: Number> Bond<N> {
+impl<N: Number> TensileBond<N> {
     /// Damage after opening to a gap.
     #[inline(always)]
     fn damage(&self, gap: N, damage: N) -> N {
