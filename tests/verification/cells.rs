@@ -210,7 +210,7 @@ fn rotation_of_cells_gives_no_force() {
     }
 }
 
-/// Where a cut has ended on a face, points of faces that are no parallelograms carry the stress.
+/// Points of faces that are no parallelograms carry the stress if a cut has ended on a face.
 #[test]
 fn uniform_stress_nearly_passes_faces_that_do_not_match() {
     let case = of("cells_pressed");

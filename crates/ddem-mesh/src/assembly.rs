@@ -211,7 +211,7 @@ impl Assembly {
             let divisions = packs.numbering_of(pack).divisions;
             let mut inertia = Inertia::gather(geometry, divisions, pack, &nodes);
             if !tied.is_empty() {
-                inertia.tie(geometry, pack, &tied);
+                inertia.tie(geometry, divisions, pack, &tied);
             }
             let key: Vec<u64> = inertia.numbers().map(f64::to_bits).collect();
             let list = &mut self.inertia;

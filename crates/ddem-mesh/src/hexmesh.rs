@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Lattice, NO_JOINT, Vec3};
+use super::{Lattice, Vec3};
 use ddem_mechanics::collide::FaceId;
 
 /// Tolerance of a node's position as a fraction of an element edge.
@@ -244,24 +244,9 @@ impl MeshBlock {
     /// Lattice of one cell with the block.
     #[must_use]
     pub fn lattice(&self, set: usize, material: u16, rigid: bool) -> Lattice {
-        let lengths = self.edges.map(|edge| edge.norm());
-        Lattice {
-            set,
-            refined: None,
-            origin: self.origin,
-            axes: self.edges.map(|edge| edge.normalize()),
-            divisions: if rigid { 1 } else { self.divisions },
-            rigid,
-            count: [1; 3],
-            cuts: lengths.map(|length| vec![0.0, length]),
-            lengths: lengths.map(|length| vec![length]),
-            gaps: [0; 3].map(|_| vec![0.0; 2]),
-            block: vec![0].into(),
-            material: vec![material].into(),
-            joint: [0; 3].map(|_| vec![NO_JOINT].into()),
-            own_joint: [NO_JOINT; 3],
-            part: None,
-        }
+        let divisions = if rigid { 1 } else { self.divisions };
+        let lattice = Lattice::of_one_block(set, material, divisions, self.origin, self.edges);
+        Lattice { rigid, ..lattice }
     }
 }
 

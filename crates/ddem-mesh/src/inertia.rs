@@ -65,18 +65,20 @@ impl Inertia {
     }
 
     /// Adds the sums over tied nodes. `tied` has mass and diagonal of each node.
-    pub(super) fn tie(&mut self, geometry: &Geometry, pack: &Pack, tied: &[[f64; 4]]) {
-        let Self { mass, diagonal, .. } = Self::gather(geometry, self.divisions(), pack, tied);
+    pub(super) fn tie(
+        &mut self,
+        geometry: &Geometry,
+        divisions: usize,
+        pack: &Pack,
+        tied: &[[f64; 4]],
+    ) {
+        let Self { mass, diagonal, .. } = Self::gather(geometry, divisions, pack, tied);
         let share = |(own, all): (&Lanes, &Lanes)| {
             let part = |own: f64, all: f64| if all > 0.0 { own / all } else { 0.0 };
             Lanes(std::array::from_fn(|lane| part(own.0[lane], all.0[lane])))
         };
         let share = self.mass.iter().zip(&mass).map(share).collect();
         self.tied = Some(TiedInertia { mass, diagonal, share });
-    }
-
-    fn divisions(&self) -> usize {
-        (1..).find(|n: &usize| (n + 1).pow(3) >= self.mass.len()).unwrap_or(1)
     }
 
     /// Mass that each node moves, that of tied nodes included `[kg]`.

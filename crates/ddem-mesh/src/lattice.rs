@@ -47,6 +47,34 @@ pub struct Lattice {
 }
 
 impl Lattice {
+    /// Lattice of one deformable block without joints.
+    pub(super) fn of_one_block(
+        set: usize,
+        material: u16,
+        divisions: usize,
+        origin: Vec3,
+        edges: [Vec3; 3],
+    ) -> Self {
+        let lengths = edges.map(|edge| edge.norm());
+        Self {
+            set,
+            refined: None,
+            origin,
+            axes: edges.map(|edge| edge.normalize()),
+            divisions,
+            rigid: false,
+            count: [1; 3],
+            cuts: lengths.map(|length| vec![0.0, length]),
+            lengths: lengths.map(|length| vec![length]),
+            gaps: [0; 3].map(|_| vec![0.0; 2]),
+            block: vec![0].into(),
+            material: vec![material].into(),
+            joint: [0; 3].map(|_| vec![NO_JOINT].into()),
+            own_joint: [NO_JOINT; 3],
+            part: None,
+        }
+    }
+
     /// Number of a cell; x fastest.
     pub fn index(&self, cell: [usize; 3]) -> usize {
         cell[0] + self.count[0] * (cell[1] + self.count[1] * cell[2])

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::Matrix3;
 
-use crate::{Lattice, NO_JOINT, Topology, Vec3};
+use crate::{Lattice, Topology, Vec3};
 use ddem_mechanics::element::hexahedron::HexahedronElement;
 use ddem_mechanics::element::{Elastic, ElementKind};
 
@@ -105,23 +105,8 @@ impl PartShape {
     #[must_use]
     pub fn lattice(self, set: usize, material: u16, divisions: usize) -> Lattice {
         let edges = self.edges();
-        let lengths = edges.map(|edge| edge.norm());
-        Lattice {
-            set,
-            refined: None,
-            origin: self.middle() - edges.iter().sum::<Vec3>() / 2.0,
-            axes: edges.map(|edge| edge.normalize()),
-            divisions,
-            rigid: false,
-            count: [1; 3],
-            cuts: lengths.map(|length| vec![0.0, length]),
-            lengths: lengths.map(|length| vec![length]),
-            gaps: [0; 3].map(|_| vec![0.0; 2]),
-            block: vec![0].into(),
-            material: vec![material].into(),
-            joint: [0; 3].map(|_| vec![NO_JOINT].into()),
-            own_joint: [NO_JOINT; 3],
-            part: Some(Arc::new(self)),
-        }
+        let origin = self.middle() - edges.iter().sum::<Vec3>() / 2.0;
+        let lattice = Lattice::of_one_block(set, material, divisions, origin, edges);
+        Lattice { part: Some(Arc::new(self)), ..lattice }
     }
 }

@@ -113,45 +113,36 @@ fn second_pass(
     scratch: &mut Scratch,
 ) -> StepSums {
     let span = scratch.profiler.begin();
+    let level = scratch.level;
     if !context.model.ties.is_empty() {
-        sum_ties(context, motions.read(), contacts, scratch);
+        spread_second(context, motions.read(), contacts, scratch, &|others, run, fields| {
+            dispatch!(level, simd => run_collect(simd, context, others, run, fields));
+        });
+        scratch.sum_ties(context.model);
     }
-    let viscous = context.has_viscous();
-    let StepFields { forces, on_neighbours, second, runs, level, .. } =
-        scratch.second(context.view, viscous, motions, &mut []);
-    let others = ForcesOfOthers { joints: NeighbourForces::all(on_neighbours), contacts };
-    spread(
-        &context.model.packs,
-        runs,
-        (forces, second),
-        &|run, mut fields: SecondPassFields<'_>| {
-            dispatch!(level, simd => run_second(simd, context, others, run, &mut fields));
-        },
-    );
+    spread_second(context, motions, contacts, scratch, &|others, run, fields| {
+        dispatch!(level, simd => run_second(simd, context, others, run, fields));
+    });
     let sums = StepSums::total(&scratch.sums);
     scratch.profiler.end(span, Phase::Nodes);
     sums
 }
 
-/// Completes the forces on all packs and sums them over tied nodes.
-fn sum_ties(
+/// Calls `op` with the runs of packs and their fields of the second pass.
+fn spread_second(
     context: Context<'_>,
     motions: StateMotion<'_>,
     contacts: &Contacts,
     scratch: &mut Scratch,
+    op: &(impl Fn(ForcesOfOthers<'_>, Range<usize>, &mut SecondPassFields<'_>) + Sync),
 ) {
-    let StepFields { forces, on_neighbours, second, runs, level, .. } =
+    let StepFields { forces, on_neighbours, second, runs, .. } =
         scratch.second(context.view, context.has_viscous(), motions, &mut []);
     let others = ForcesOfOthers { joints: NeighbourForces::all(on_neighbours), contacts };
-    spread(
-        &context.model.packs,
-        runs,
-        (forces, second),
-        &|run, mut fields: SecondPassFields<'_>| {
-            dispatch!(level, simd => run_collect(simd, context, others, run, &mut fields));
-        },
-    );
-    scratch.sum_ties(context.model);
+    let fields = (forces, second);
+    spread(&context.model.packs, runs, fields, &|run, mut fields: SecondPassFields<'_>| {
+        op(others, run, &mut fields);
+    });
 }
 
 /// Completes the forces on some packs.

@@ -156,7 +156,7 @@ fn base_carries_the_weight_of_the_blocks_that_are_left() {
     }
 }
 
-/// Where a cut ends on a plane that joins, stiff springs hold the rock.
+/// Stiff springs hold the rock together if a cut ends on a plane that joins.
 #[test]
 fn joined_cells_hold_where_their_nodes_do_not_match() {
     let tunnel = "[[cut]]\njoin = true\ntunnel = { outline = [[-0.5, 0], [0.5, 0], [0.5, 0.6], [0, 0.9], \

@@ -8,6 +8,7 @@ use ddem_mesh::SurfacePoint;
 
 /// Fraction of an element's face area below which a point is ignored.
 const NOTHING: f64 = 1e-9;
+
 impl ContactPoint {
     /// Pair of two points for an area `[m²]`, without history.
     pub(super) fn new(points: [SurfacePoint; 2], area: f64) -> Self {

@@ -102,8 +102,6 @@ pub(super) struct StepFields<'a> {
     pub(super) second: SecondPass<'a>,
     /// Runs of packs, one task each.
     pub(super) runs: &'a [Range<usize>],
-    /// Instruction set.
-    pub(super) level: Level,
 }
 
 /// Working spaces of one task.
@@ -339,8 +337,8 @@ impl Scratch {
         };
         let losses = &mut self.losses;
         let joints = PackJoints { first: 0, energies: &mut [], broken_joints, losses };
-        let (on_neighbours, runs, level) = (&mut self.neighbour_forces, &self.runs, self.level);
-        StepFields { forces, joints, on_neighbours, second, runs, level }
+        let (on_neighbours, runs) = (&mut self.neighbour_forces, &self.runs);
+        StepFields { forces, joints, on_neighbours, second, runs }
     }
 
     /// Borrows the data for the second pass of relaxation; the forces are complete and only read.

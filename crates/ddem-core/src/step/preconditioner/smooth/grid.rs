@@ -6,13 +6,12 @@
 
 use rayon::prelude::*;
 
+use super::TOGETHER;
 use super::points::SmoothPoints;
 use ddem_mesh::Vec3;
 
 /// Smallest edge of a cell along each direction, in mean blocks.
 const BLOCKS_PER_CELL: f64 = 2.0;
-/// Number of nodes of a grid from which on several threads share the work.
-const MANY_NODES: usize = 1000;
 
 /// Value of a trilinear function at one point of the next finer level.
 #[derive(Clone, Copy, Debug)]
@@ -167,11 +166,7 @@ impl FunctionGrid {
                 sum + finer[*number as usize] * *weight
             });
         };
-        if moved.len() < MANY_NODES {
-            moved.iter_mut().enumerate().for_each(of);
-        } else {
-            moved.par_iter_mut().enumerate().for_each(of);
-        }
+        moved.par_iter_mut().with_min_len(TOGETHER).enumerate().for_each(of);
     }
 
     /// Computes the motion of the functions from their forces, and adds that of the next coarser
@@ -182,11 +177,7 @@ impl FunctionGrid {
             let own = moved.component_mul(&Vec3::from(inverse[node]));
             *moved = own + coarser.map_or_else(Vec3::zeros, |grid| grid.at(node));
         };
-        if moved.len() < MANY_NODES {
-            moved.iter_mut().enumerate().for_each(respond);
-        } else {
-            moved.par_iter_mut().enumerate().for_each(respond);
-        }
+        moved.par_iter_mut().with_min_len(TOGETHER).enumerate().for_each(respond);
     }
 
     /// Motion at a point of the next finer level `[m]`.

@@ -37,8 +37,8 @@ use points::{NO_POINT, SmoothPoints};
 const WEIGHT: f64 = 0.5;
 /// Number of blocks in the longest row of a model from which on smooth motions save steps.
 const FEWEST_BLOCKS: f64 = 4.5;
-/// Number of points from which on several threads share the work.
-const MANY_POINTS: usize = 4000;
+/// Number of points or functions that one thread takes at a time.
+const TOGETHER: usize = 2000;
 
 /// Smooth motions of a model.
 #[derive(Clone, Debug, Default)]
@@ -100,9 +100,9 @@ impl SmoothMotions {
     /// Computes the motion of the points from the forces on the corners.
     fn respond(&mut self) {
         let Self { points, inverse, grids, forces, moved, .. } = self;
-        fill(moved, |point| {
+        moved.par_iter_mut().with_min_len(TOGETHER).enumerate().for_each(|(point, moved)| {
             let on = points.corners_of(point).iter();
-            on.fold(Vec3::zeros(), |sum, corner| sum + corner.of(forces))
+            *moved = on.fold(Vec3::zeros(), |sum, corner| sum + corner.of(forces));
         });
         let mut finer: &[Vec3] = moved;
         for grid in grids.iter_mut() {
@@ -118,11 +118,7 @@ impl SmoothMotions {
             let own = moved.component_mul(&Vec3::from(inverse[point]));
             *moved = own + coarser.map_or_else(Vec3::zeros, |grid| grid.at(point));
         };
-        if moved.len() < MANY_POINTS {
-            moved.iter_mut().enumerate().for_each(respond);
-        } else {
-            moved.par_iter_mut().enumerate().for_each(respond);
-        }
+        moved.par_iter_mut().with_min_len(TOGETHER).enumerate().for_each(respond);
     }
 
     /// Adds the motion of a pack of deformable blocks with `n` divisions.
@@ -148,15 +144,6 @@ impl SmoothMotions {
             }
         }
         corners
-    }
-}
-
-/// Sets all values of a field by number.
-fn fill(field: &mut [Vec3], of: impl Fn(usize) -> Vec3 + Sync) {
-    if field.len() < MANY_POINTS {
-        field.iter_mut().enumerate().for_each(|(number, value)| *value = of(number));
-    } else {
-        field.par_iter_mut().enumerate().for_each(|(number, value)| *value = of(number));
     }
 }
 
