@@ -2,19 +2,11 @@
 
 use super::ContactPoint;
 use super::side::{ContactSide, are_parallel, node_at};
-use crate::point::JointPoint;
 use ddem_mechanics::collide::{self, Vertex};
 use ddem_mesh::SurfacePoint;
 
 /// Fraction of an element's face area below which a point is ignored.
 const NOTHING: f64 = 1e-9;
-
-impl ContactPoint {
-    /// Pair of two points for an area `[m²]`, without history.
-    pub(super) fn new(points: [SurfacePoint; 2], area: f64) -> Self {
-        Self { points, pair: JointPoint { area, ..JointPoint::default() }, slip_path: 0.0 }
-    }
-}
 
 /// Callback that receives the corners of polygons and the points inside.
 pub(super) type Polygons<'a> = &'a mut dyn FnMut(&[u32], &[u32]);

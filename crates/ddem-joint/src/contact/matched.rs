@@ -5,7 +5,6 @@
 
 use super::patch_builder::PatchBuilder;
 use super::{ContactBlock, ContactPoint};
-use crate::point::JointPoint;
 use ddem_mechanics::collide::FaceId;
 use ddem_mesh::in_situ::QuadIntegral;
 use ddem_mesh::{NonconformingJoint, SurfacePoint, Vec3, quad_points};
@@ -53,8 +52,7 @@ impl PatchBuilder<'_> {
         let facing = facing(b, faces[1], &nodes, near)?;
         let point = |node: usize| {
             let points = [node, facing[node]].map(|node| on_face(node, n));
-            let pair = JointPoint { area: areas[node], ..JointPoint::default() };
-            ContactPoint { points, pair, slip_path: 0.0 }
+            ContactPoint::new(points, areas[node])
         };
         let points = (0..side * side).map(point).collect();
         Some(MatchedFaces { normal, points, quads, integrals })

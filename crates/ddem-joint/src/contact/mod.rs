@@ -77,6 +77,13 @@ pub struct ContactPoint {
     pub slip_path: f64,
 }
 
+impl ContactPoint {
+    /// Pair of two points for an area `[m²]`, without history.
+    pub(super) fn new(points: [SurfacePoint; 2], area: f64) -> Self {
+        Self { points, pair: JointPoint { area, ..JointPoint::default() }, slip_path: 0.0 }
+    }
+}
+
 /// Two blocks that are near each other.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Patch {
