@@ -54,6 +54,36 @@ fn uniform_stress_passes_joints_and_ties_of_cells() {
     }
 }
 
+/// Where six planes meet in a point, more than three edges meet at the corners of cells, which
+/// consist of pyramids.
+#[test]
+fn uniform_stress_passes_cells_of_pyramids() {
+    let case = of("cells_pressed");
+    let more = "[[cut]]\nplane = { dip = 80, dip_direction = 60, through = [1, 1.4, 2.1] }\njoint = \"seam\"\n\n\
+                [[cut]]\nplane = { dip = 55, dip_direction = 190, through = [1, 1.4, 2.1] }\njoint = \"seam\"\n\n\
+                [[cut]]\nplane = { dip = 15, dip_direction = 300, through = [1, 1.4, 2.1] }\njoint = \"seam\"\n\n\
+                [[fix]]\nwhere = { x = 0.0, y = 0.0";
+    let text = edited(&example(case.deck), "[[fix]]\nwhere = { x = 0.0, y = 0.0", more);
+    let text = edited(&text, "tolerance = 3e-11", "tolerance = 2e-10");
+    for divisions in [2, 4] {
+        let text = edited(&text, "divisions = 2", &format!("divisions = {divisions}"));
+        for (what, text) in [
+            ("spring joints", text.clone()),
+            ("tied", text.replace("joint = \"seam\"", "join = true")),
+        ] {
+            let run = run(&text);
+            let stress = deviation(
+                &Frames::open(run.path("blocks.vtkhdf")),
+                [0.0, 0.0, -PRESSURE, 0.0, 0.0, 0.0],
+            );
+            let quantity = format!(
+                "stress of any element with crowded corners, deviation, {what}, {divisions} divisions [Pa]"
+            );
+            check(case, &quantity, 0.0, stress, Of(PRESSURE, 1e-6));
+        }
+    }
+}
+
 /// Forces of a linear field of displacements: zero inside, and those of a uniform stress outside.
 #[test]
 fn linear_field_is_exact_in_tied_cells() {

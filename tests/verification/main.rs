@@ -15,6 +15,7 @@ mod blasts;
 mod boundaries;
 mod cantilever;
 mod cells;
+mod cells_contact;
 mod collisions;
 mod contact_energy;
 mod convergence;

@@ -68,15 +68,7 @@ impl CellComplex {
             let nodes = CellNodes::new(cell, all.points.len() as u32);
             self.add_points(cell, &nodes, &mut all.points);
             let centre = all.points.len() as u32 - 1;
-            // Twice the edges of a polyhedron whose vertices all have three are 3V.
-            let three = 2 * nodes.edges.len() == 3 * nodes.vertices.len();
-            for &vertex in &nodes.vertices {
-                let corners = corners(cell, vertex);
-                match corner_hex(&corners, &nodes, vertex, centre).filter(|_| three) {
-                    Some(hex) => all.hexes.push(hex),
-                    None => all.hexes.extend(pyramids(&corners, &nodes, vertex, centre)),
-                }
-            }
+            all.hexes.extend(cell_hexes(cell, &nodes, centre).into_iter().map(|(_, hex)| hex));
             all.cells.resize(all.hexes.len(), number as u32);
         }
         all
@@ -100,8 +92,30 @@ impl CellComplex {
     }
 }
 
+/// Hexahedra of a cell with their vertices; pyramids if a vertex has more than three edges.
+pub(crate) fn cell_hexes(
+    cell: &ConvexCell,
+    nodes: &CellNodes,
+    centre: u32,
+) -> Vec<(u32, [u32; 8])> {
+    // Twice the edges of a polyhedron whose vertices all have three are 3V.
+    let three = 2 * nodes.edges.len() == 3 * nodes.vertices.len();
+    let mut hexes = Vec::new();
+    for &vertex in &nodes.vertices {
+        let corners = corners(cell, vertex);
+        match corner_hex(&corners, nodes, vertex, centre).filter(|_| three) {
+            Some(hex) => hexes.push((vertex, hex)),
+            None => {
+                let pyramids = pyramids(&corners, nodes, vertex, centre);
+                hexes.extend(pyramids.into_iter().map(|hex| (vertex, hex)));
+            }
+        }
+    }
+    hexes
+}
+
 /// Parts of the faces at a vertex.
-pub(crate) fn corners(cell: &ConvexCell, vertex: u32) -> Vec<FaceCorner> {
+fn corners(cell: &ConvexCell, vertex: u32) -> Vec<FaceCorner> {
     let of_face = |(face, of): (usize, &CellFace)| {
         let n = of.corners.len();
         let i = of.corners.iter().position(|&corner| corner == vertex)?;
@@ -120,7 +134,7 @@ impl CellNodes {
 }
 
 /// Hexahedron at a vertex of three edges.
-pub(crate) fn corner_hex(
+fn corner_hex(
     corners: &[FaceCorner],
     nodes: &CellNodes,
     vertex: u32,

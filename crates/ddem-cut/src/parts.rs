@@ -1,9 +1,9 @@
-//! Parts of cells: a hexahedron at each vertex of three edges, with points that neighbours share.
+//! Parts of cells: hexahedra at the vertices, or pyramids, with points that neighbours share.
 
 use nalgebra::Vector3;
 
 use crate::complex::CellComplex;
-use crate::hexes::{CellNodes, corner_hex, corners};
+use crate::hexes::{CellNodes, cell_hexes};
 
 /// Point of a part of a cell. Cells that share a vertex, an edge or a face have equal points there.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -18,27 +18,28 @@ pub enum PartPoint {
     Cell(u32),
 }
 
-/// Part of a cell: the hexahedron at one of its vertices.
+/// Part of a cell: the hexahedron at one of its vertices, or a pyramid below a part of a face.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CellPart {
     /// Number of the vertex.
     pub vertex: u32,
-    /// Corners in VTK's order. The vertex is the first one; the faces across the first, second
-    /// and third edge through it are parts of faces of the cell.
+    /// Vertices at the other ends of the edges that the first, second and third edge of the part
+    /// lie on; a pyramid has two.
+    pub ends: [Option<u32>; 3],
+    /// Corners in VTK's order, of a pyramid four at its apex. The vertex is the first one.
     pub points: [PartPoint; 8],
     /// Positions of the corners `[m]`.
     pub corners: [Vector3<f64>; 8],
-    /// Numbers of these faces of the cell.
-    pub faces: [u32; 3],
+    /// Numbers of the faces of the cell that the faces across these edges, through the vertex, lie
+    /// in; that of a pyramid is the last one.
+    pub faces: [Option<u32>; 3],
 }
 
 impl CellComplex {
-    /// Parts of a cell, in the order of its vertices.
-    ///
-    /// # Errors
-    ///
-    /// The number of a vertex at which more than three edges meet.
-    pub fn parts(&self, cell: usize) -> Result<Vec<CellPart>, u32> {
+    /// Parts of a cell, in the order of its vertices. If more than three edges meet at one of them,
+    /// all parts are pyramids, whose apex is the mean of the cell.
+    #[must_use]
+    pub fn parts(&self, cell: usize) -> Vec<CellPart> {
         let own = &self.cells()[cell];
         let nodes = CellNodes::new(own, 0);
         let mut positions = Vec::new();
@@ -50,18 +51,20 @@ impl CellComplex {
         points.extend(own.faces.iter().map(|face| PartPoint::Face(face.sorted_corners())));
         points.push(PartPoint::Cell(cell as u32));
         let first_face = nodes.face(0);
-        let part = |&vertex: &u32| {
-            let at_vertex = corners(own, vertex);
-            if at_vertex.len() != 3 {
-                return Err(vertex);
+        let part = |(vertex, hex): (u32, [u32; 8])| {
+            let end = |at: usize| match points[hex[at] as usize] {
+                PartPoint::Edge(a, b) => Some(if a == vertex { b } else { a }),
+                _ => None,
+            };
+            let face = |at: usize| (hex[at] < centre).then(|| hex[at] - first_face);
+            CellPart {
+                vertex,
+                ends: [1, 3, 4].map(end),
+                points: hex.map(|point| points[point as usize].clone()),
+                corners: hex.map(|point| positions[point as usize]),
+                faces: [7, 5, 2].map(face),
             }
-            let hex = corner_hex(&at_vertex, &nodes, vertex, centre).ok_or(vertex)?;
-            // Means of faces are opposite to the vertex in the faces across the three edges.
-            let faces = [hex[7], hex[5], hex[2]].map(|point| point - first_face);
-            let points = hex.map(|point| points[point as usize].clone());
-            let corners = hex.map(|point| positions[point as usize]);
-            Ok(CellPart { vertex, points, corners, faces })
         };
-        nodes.vertices.iter().map(part).collect()
+        cell_hexes(own, &nodes, centre).into_iter().map(part).collect()
     }
 }

@@ -77,6 +77,16 @@ impl Geometry {
         self.spacing(block, d) * self.normal(block, d).dot(&self.axes(block)[d])
     }
 
+    /// Height of one element under a face across a direction `[m]`. In cells it is the width of the
+    /// cell over the elements across it.
+    #[must_use]
+    pub fn surface_height(&self, block: usize, d: usize) -> f64 {
+        match self.part(block) {
+            Some(part) => part.width / (2 * self.topology(block).divisions()) as f64,
+            None => self.height(block, d),
+        }
+    }
+
     /// Block beyond a face, with a joint of their lattice between them.
     #[must_use]
     pub fn beyond(&self, block: usize, face: FaceId) -> Option<usize> {

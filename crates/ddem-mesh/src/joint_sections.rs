@@ -212,8 +212,10 @@ pub struct VibratingMass {
 impl VibratingMass {
     /// Vibrating mass at the faces of a block across a direction.
     pub fn new(geometry: &Geometry, block: usize, d: usize, elastic: &Elastic) -> Self {
-        let height = geometry.height(block, d);
-        let whole = elastic.density * height * geometry.topology(block).divisions() as f64;
+        let height = geometry.surface_height(block, d);
+        let n = geometry.topology(block).divisions() as f64;
+        let depth = geometry.part(block).map_or(height * n, |part| part.width);
+        let whole = elastic.density * depth;
         let layer = if geometry.is_rigid(block) { whole } else { 0.5 * elastic.density * height };
         Self { range: [layer, whole], impedance: (elastic.density * elastic.p_modulus()).sqrt() }
     }

@@ -24,6 +24,14 @@ pub struct PartShape {
     pub block: u32,
     /// Number of the cell that it is a part of.
     pub cell: u32,
+    /// Number of the vertex of the cell at its lowest corner.
+    pub vertex: u32,
+    /// Vertices at the other ends of the edges of the cell that its edges through that corner lie on.
+    pub ends: [Option<u32>; 3],
+    /// Faces of the cell that its lower faces across each direction lie in.
+    pub faces: [Option<u32>; 3],
+    /// Least width of the cell `[m]`.
+    pub width: f64,
     /// Centroid of the cell `[m]`, by which its parts are selected.
     pub centroid: Vec3,
     /// Factor on its inertia, but not on its weight, at least 1.

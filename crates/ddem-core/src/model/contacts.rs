@@ -25,7 +25,8 @@ impl Model {
     /// Contacts at the start of a run: the patches of nonconforming joints.
     pub(crate) fn contacts(&self) -> Contacts {
         let packs = if self.contact.is_some() { self.packs.packs.len() } else { 0 };
-        let mut contacts = Contacts::new(self.n_blocks(), packs);
+        let bodies = self.contact.as_ref().map(ContactModel::bodies).unwrap_or_default();
+        let mut contacts = Contacts::new(self.n_blocks(), packs, bodies);
         contacts.patches = self.bonded_patches.iter().map(|joint| joint.patch.clone()).collect();
         contacts.index();
         contacts

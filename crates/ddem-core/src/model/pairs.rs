@@ -102,9 +102,7 @@ impl Model {
             .map(|contact_model| &contact_model.blocks[..])
             .unwrap_or_default();
         patch.points.iter().map(move |point| {
-            let side = |block: usize, side: usize| {
-                placed[block].rest_point(patch.faces()[side], &point.points[side])
-            };
+            let side = |block: usize, side: usize| placed[block].rest_point(&point.points[side]);
             let [(x, on_a), (y, on_b)] = [side(a, 0), side(b, 1)];
             let first = [a, b].map(|block| self.geometry.blocks[block].first_node);
             PairAtRest {

@@ -1,12 +1,10 @@
 //! Public view of contacts: [`Contact`], and the table [`CONTACT_FIELDS`] for writers and bindings.
 
-use std::sync::Arc;
-
 use rayon::prelude::*;
 
 use super::{FieldKind, Snapshot};
+use crate::model::Model;
 use ddem_joint::contact::{Configuration, ContactPoint, Patch};
-use ddem_mechanics::law::JointLaw;
 
 /// Fraction of the friction limit from which a contact counts as sliding; it allows for rounding.
 const SLIDING: f64 = 1.0 - 1e-9;
@@ -142,9 +140,7 @@ impl Snapshot<'_> {
         };
         let patches =
             self.scratch.measured_contacts.patches.par_iter().filter(|patch| is_contact(patch));
-        patches
-            .flat_map_iter(|patch| patch_contacts(patch, &configuration, &self.model.laws))
-            .collect()
+        patches.flat_map_iter(|patch| patch_contacts(patch, &configuration, self.model)).collect()
     }
 
     /// Implements [`Simulation::contact_counts`](crate::Simulation::contact_counts).
@@ -179,18 +175,16 @@ impl Snapshot<'_> {
 fn patch_contacts(
     patch: &Patch,
     configuration: &Configuration<'_>,
-    laws: &[Option<Arc<dyn JointLaw>>],
+    model: &Model,
 ) -> impl Iterator<Item = Contact> {
     let normal = patch.axes_now[0];
-    let [a, b] = patch.blocks.map(|block| block as usize);
-    let faces = patch.faces();
+    let blocks = patch.blocks.map(|block| model.whole_block(block as usize));
     patch.points.iter().filter(|point| carries_force(point)).map(move |point| {
-        let at = [0, 1]
-            .map(|side| configuration.position([a, b][side], faces[side], &point.points[side]));
+        let at = [0, 1].map(|side| configuration.position(patch.blocks[side], &point.points[side]));
         let springs = point.pair.state.traction;
-        let limit = patch.surface.friction.strength(laws, springs.normal);
+        let limit = patch.surface.friction.strength(&model.laws, springs.normal);
         Contact {
-            blocks: [a, b],
+            blocks,
             // The couple of the two points acts on the reference block. At the point of the other
             // block the force alone has the same moment.
             position: at[1 - usize::from(patch.reference)].into(),

@@ -109,7 +109,8 @@ impl Simulation {
             contact_model.map_or_else(|| Cow::Owned(own()), |s| Cow::Borrowed(&s.surfaces));
         let bonds = match contact_model {
             Some(contact) if !model.ties.is_empty() => {
-                bounds_at_nodes(&model.bonded_patches, &contact.blocks, geometry)
+                let meets = contact.search.then_some(&contact.surfaces);
+                bounds_at_nodes(&model.bonded_patches, meets, &contact.blocks, geometry)
             }
             _ => Vec::new(),
         };

@@ -54,9 +54,7 @@ impl Deck {
             return Err(ModelError { faults });
         }
         let complex = cuts::cut(self, &shapes).map_err(|faults| ModelError { faults })?;
-        let rock = CutRock::new(self.clone(), complex);
-        let faults = rock.corners();
-        if faults.is_empty() { Ok(rock) } else { Err(ModelError { faults }) }
+        Ok(CutRock::new(self.clone(), complex))
     }
 }
 
@@ -139,8 +137,8 @@ impl CutRock {
         (thin && changes).then_some(small.is)
     }
 
-    /// Number of elements of a cell: `divisions`/2 along each half edge at each vertex, one for a
-    /// rigid block.
+    /// Number of elements of a cell: `divisions`/2 along each edge of its parts, one for a rigid
+    /// block.
     #[must_use]
     pub fn n_elements(&self, cell: usize) -> usize {
         let region = self.region(cell);
@@ -148,35 +146,10 @@ impl CutRock {
             (Some(SmallKind::Removed), _) => 0,
             (Some(SmallKind::Rigid), _) | (_, Body::Rigid) => 1,
             (Some(SmallKind::Scaled) | None, Body::Deformable) => {
-                let vertices = self.complex.cells()[cell].vertices().len();
-                vertices * (region.divisions as usize / 2).pow(3)
+                let parts = self.complex.cells()[cell].n_parts();
+                parts * (region.divisions as usize / 2).pow(3)
             }
         }
-    }
-
-    /// Faults of divisions that do not suit corners with more than three edges.
-    fn corners(&self) -> Vec<Fault> {
-        let fits =
-            |region: &RockRegion| region.body == Body::Rigid || region.divisions.is_power_of_two();
-        let odd = |cell: &usize| {
-            // In a polyhedron whose corners all have three edges, 2E = 3V.
-            let cell = &self.complex.cells()[*cell];
-            2 * cell.n_edges() != 3 * cell.vertices().len()
-        };
-        let regions = self.deck.region.iter().enumerate().filter(|(_, region)| !fits(region));
-        let faults = regions.filter_map(|(number, region)| {
-            let cell = self.cells_of(number).iter().copied().find(odd)?;
-            let message = format!(
-                "more than three edges meet at a corner of cell {cell}: `divisions` must be a power of \
-                 two, not {}",
-                region.divisions
-            );
-            let near = region.divisions.next_power_of_two();
-            let help = format!("a power of two, as in `divisions = {near}`");
-            let place = format!("region[{number}].divisions");
-            Some(Fault::new(ErrorCode::OutOfRange, place, message).help(help))
-        });
-        faults.collect()
     }
 
     /// Names of the cuts whose planes bound a cell, or their places in the deck.

@@ -15,12 +15,6 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
         let message = "sets of blocks beside regions cannot be run yet";
         refuse("blocks[0]".into(), message, "cut the blocks from a region, too");
     }
-    if deck.model.contact == Some(true) {
-        let message = "blocks of regions do not find contacts yet";
-        let help =
-            "leave `contact` out: their joints act as springs with friction once they have failed";
-        refuse("model.contact".into(), message, help);
-    }
     for (i, region) in deck.region.iter().enumerate() {
         for (key, message) in of_region(region) {
             let help = "leave it out: deformable blocks have the rock's own stiffness";

@@ -73,14 +73,13 @@ impl Deck {
     }
 
     /// True if new contacts are searched for. This is `model.contact`; by default it is true with
-    /// more than one set of blocks, or with a used joint that can fail. A single set whose joints
-    /// never fail stays together.
+    /// more than one set of blocks or region, or with a used joint that can fail. A single set whose
+    /// joints never fail stays together.
     #[must_use]
     pub fn finds_contacts(&self) -> bool {
         let any_can_fail = || self.used_joints().any(Joint::can_fail);
-        let found = || self.blocks.len() > 1 || any_can_fail();
-        // Blocks of regions do not meet yet.
-        self.region.is_empty() && self.model.contact.unwrap_or_else(found)
+        let found = || self.blocks.len() + self.region.len() > 1 || any_can_fail();
+        self.model.contact.unwrap_or_else(found)
     }
 
     /// Joints that sets of blocks or assignments name, with repetitions.

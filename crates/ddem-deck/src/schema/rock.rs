@@ -26,8 +26,7 @@ pub struct RockRegion {
     pub faces: Option<Vec<Vec<[f64; 3]>>>,
     /// Name of the material; needed.
     pub material: String,
-    /// Number of elements along each edge of a cell, even, at most 64; a power of two if more than three
-    /// edges meet at a corner; default 2.
+    /// Number of elements along each edge of a cell, even, at most 64; default 2.
     pub divisions: u32,
     /// Kind of the blocks, `"deformable"` or `"rigid"`; default `"deformable"`.
     pub body: Body,

@@ -375,10 +375,6 @@ fn cuts_without_effect() {
             "",
             "[[cut]]\njoint = 'minor'\nset = { dip = 10, dip_direction = 0, spacing = 1e-6 }\nwhere = { x = [0, 4] }",
         ),
-        (
-            "divisions = 4",
-            "divisions = 6\n[[cut]]\njoint = 'minor'\nplane = { points = [[0, 0, 0], [4, 3, 0], [0, 3, 2]] }\n[[region]]\nbox = { from = [20, 0, 0], to = [21, 1, 1] }\nmaterial = 'granite'",
-        ),
         ("[[cut]]", "[[cutt]]"),
     ]);
     insta::assert_snapshot!(found);

@@ -96,6 +96,25 @@ fn parts_fill_the_region_and_carry_its_mass() {
 }
 
 #[test]
+fn pyramids_fill_cells_with_crowded_corners() {
+    let four = CUTS.replace("join = true", "joint = 'minor'").replace("[2, 1.2, 1]", "[2, 1, 1]")
+        + "[[cut]]\nplane = { dip = 5, dip_direction = 45, through = [2, 1, 1] }\njoint = 'minor'\n";
+    for divisions in [2, 6] {
+        let region = BOX.replace("'granite'\n", &format!("'granite'\ndivisions = {divisions}\n"));
+        let text = format!("{HEAD}{region}{four}{REST}");
+        let model = built(&text).model();
+        assert_eq!(model.n_whole_blocks(), 14);
+        let volume: f64 = (0..model.n_blocks()).map(|block| model.volume(block)).sum();
+        assert!((volume - 24.0).abs() < 1e-12);
+        let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
+        assert!((mass - 24.0 * 2700.0).abs() < 1e-8, "{mass}");
+        let rock = deck(&text).cut_regions().unwrap();
+        let parts: usize = rock.complex.cells().iter().map(ddem_cut::ConvexCell::n_parts).sum();
+        assert_eq!(model.n_blocks(), parts);
+    }
+}
+
+#[test]
 fn joints_have_the_areas_of_the_faces() {
     let model = built(&whole("")).model();
     let rock = deck(&whole("")).cut_regions().unwrap();
@@ -197,7 +216,6 @@ fn entries_that_regions_do_not_have_yet() {
         found.extend(messages);
     }
     for (from, to) in [
-        ("[materials.granite]", "[model]\ncontact = true\n[materials.granite]"),
         ("material = 'granite'\n", "material = 'granite'\nbody = 'rigid'\n"),
         ("material = 'granite'\n", "material = 'granite'\nsmall = { is = 'rigid' }\n"),
     ] {
@@ -221,9 +239,6 @@ fn wrong_geometries_of_regions() {
     }
     let beside = "[[region]]\nname = 'other'\nbox = { from = [4, 0, 0], to = [6, 3, 2] }\nmaterial = 'soil'\n";
     found.extend(messages(&format!("{HEAD}{BOX}{beside}{CUTS}{REST}")));
-    let four = CUTS.replace("join = true", "joint = 'minor'").replace("[2, 1.2, 1]", "[2, 1, 1]")
-        + "[[cut]]\nplane = { dip = 5, dip_direction = 45, through = [2, 1, 1] }\njoint = 'minor'\n";
-    found.extend(messages(&format!("{HEAD}{BOX}{four}{REST}")));
     found.extend(messages(
         &whole("").replace("where = { z = 0.0 }", "where = { x = 2.2, z = 0.0 }"),
     ));

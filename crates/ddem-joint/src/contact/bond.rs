@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use super::patch_builder::PatchBuilder;
-use super::release::{JointLoad, JointStatus, PairMotion};
+use super::release::{JointLoad, JointStatus};
 use super::{CombinedSurface, Configuration, ContactBlock, ContactModel, ContactPoint, Patch};
 use crate::point::{JointPoint, PairContext, has_rotated};
 use ddem_mechanics::element::corotation::Frame;
@@ -69,9 +69,8 @@ impl PatchBuilder<'_> {
                 }
             }),
         };
-        let [x, y] = patch.faces();
-        let surfaces = [(patch.blocks[0], x), (patch.blocks[1], y)];
-        let surfaces = surfaces.map(|(block, face)| self.surfaces.of(block, face));
+        let NonconformingJoint { blocks, faces, .. } = *joint_pair;
+        let surfaces = [0, 1].map(|side| self.surfaces.of(blocks[side], faces[side]));
         let SpringStiffness { normal, shear } = stiffness;
         let dashpot = self.surfaces.dashpot_of_joint(surfaces, normal);
         patch.surface = CombinedSurface { stiffness, dashpot, ..CombinedSurface::default() };
@@ -80,15 +79,12 @@ impl PatchBuilder<'_> {
         let part = if own > 0.0 { joint_pair.area / own } else { 1.0 };
         patch.points.iter_mut().for_each(|point| point.pair.area *= part);
         let axes = patch.frame();
-        let (blocks, faces) = (patch.blocks, patch.faces());
         for ContactPoint { points, pair, .. } in &mut patch.points {
-            pair.origin = axes.tr_mul(&self.configuration.relative_position(blocks, faces, points));
+            pair.origin = axes.tr_mul(&self.configuration.relative_position(blocks, points));
         }
         // The springs carry the in-situ stress.
         let middle = |point: &ContactPoint| {
-            let at = |side: usize| {
-                self.configuration.position(blocks[side] as usize, faces[side], &point.points[side])
-            };
+            let at = |side: usize| self.configuration.position(blocks[side], &point.points[side]);
             (at(0) + at(1)) / 2.0
         };
         let points: Vec<Vec3> = patch.points.iter().map(middle).collect();
@@ -190,44 +186,14 @@ pub fn at_nodes(
         let layer = 0.5 * density * gap.clamp(0.0, thickness);
         let SpringStiffness { normal, shear } = patch.surface.stiffness;
         let stiffness = patch.axes[0].map(|n| normal * n * n + shear * (1.0 - n * n));
-        for (side, face) in patch.faces().into_iter().enumerate() {
+        for side in 0..2 {
             let block = patch.blocks[side] as usize;
             let first = geometry.blocks[block].first_node as usize;
             for point in &patch.points {
-                for (node, weight) in blocks[block].weights(face, &point.points[side]) {
+                for (node, weight) in blocks[block].weights(&point.points[side]) {
                     let part = weight * point.pair.area;
                     let [x, y, z] = <[f64; 3]>::from(stiffness * (weight * part));
                     at_nodes.push((first + node, [layer * part, x, y, z]));
-                }
-            }
-        }
-    }
-    at_nodes
-}
-
-/// Upper bounds of the stiffness `[N/m]` and coefficients of the dashpots `[N s/m]` that nonconforming
-/// joints add to nodes.
-pub fn bounds_at_nodes(
-    bonded: &[BondedPatch],
-    blocks: &[ContactBlock],
-    geometry: &Geometry,
-) -> Vec<(usize, [f64; 2])> {
-    let mut at_nodes = Vec::new();
-    for BondedPatch { patch, .. } in bonded {
-        if patch.blocks.iter().any(|&block| geometry.is_removed(block as usize)) {
-            continue;
-        }
-        let CombinedSurface { stiffness: SpringStiffness { normal, shear }, dashpot, .. } =
-            patch.surface;
-        for (side, face) in patch.faces().into_iter().enumerate() {
-            let block = patch.blocks[side] as usize;
-            let first = geometry.blocks[block].first_node as usize;
-            for point in &patch.points {
-                for (node, weight) in blocks[block].weights(face, &point.points[side]) {
-                    let area = weight * point.pair.area;
-                    if area > 0.0 {
-                        at_nodes.push((first + node, [normal.max(shear) * area, dashpot * area]));
-                    }
                 }
             }
         }
@@ -282,11 +248,8 @@ impl Patch {
         let axes = self.present_frame(configuration);
         let has_rotated = context.releases_rotated_joints && self.has_rotated(configuration);
         for point in &self.points {
-            let own = axes.tr_mul(&configuration.relative_position(
-                self.blocks,
-                self.faces(),
-                &point.points,
-            ));
+            let relative_position = configuration.relative_position(self.blocks, &point.points);
+            let own = axes.tr_mul(&relative_position);
             let elastic = point.pair.elastic(self.surface.stiffness, own);
             if let Some(mode) = point.pair.fails(law, context, elastic, has_rotated) {
                 failing[usize::from(mode == FailureMode::Tension)] += 1;
@@ -299,9 +262,11 @@ impl Patch {
     /// block is the ground on which the other slides, even if the other tilts on a soft joint.
     /// Openings do not jump when the axes change.
     pub(super) fn rotate_with_larger(&mut self, configuration: &Configuration<'_>) {
+        let Some(ContactPoint { points, .. }) = self.points.first() else { return };
+        let faces = points.map(|point| point.face());
         let area = |side: usize| {
             let contact_block = &configuration.blocks[self.blocks[side] as usize];
-            contact_block.element_area(self.faces()[side])
+            contact_block.element_area(faces[side])
                 * (contact_block.topology.divisions() as f64).powi(2)
         };
         let own = usize::from(self.reference);
@@ -312,26 +277,13 @@ impl Patch {
         // At rest the axes have the same components in the frames of both blocks.
         self.reference = 1 - self.reference;
         let after = self.present_frame(configuration);
-        let (blocks, faces) = (self.blocks, self.faces());
+        let blocks = self.blocks;
         for ContactPoint { points, pair, .. } in &mut self.points {
-            let relative_position = configuration.relative_position(blocks, faces, points);
+            let relative_position = configuration.relative_position(blocks, points);
             let [before, after] =
                 [before, after].map(|axes| axes.tr_mul(&relative_position) - pair.origin);
             pair.origin += after - before;
         }
-    }
-
-    /// Status of the joint according to the motion of its pairs; `None` without a joint.
-    pub(super) fn status(
-        &self,
-        configuration: &Configuration<'_>,
-        context: PairContext<'_>,
-    ) -> Option<JointStatus> {
-        let law = context.law(self.bond?.law);
-        let (moved, any_bonded) = PairMotion::of(self.pairs().copied(), law);
-        let bonded = any_bonded && law.is_none_or(|law| law.is_cohesive());
-        let rigid = self.blocks.iter().any(|&block| configuration.blocks[block as usize].rigid);
-        Some(moved.status(bonded, rigid, self.spacing(configuration)))
     }
 
     /// Load of the joint on block a.
@@ -342,7 +294,7 @@ impl Patch {
         for point in &self.points {
             let pull = self.force(point);
             force += pull;
-            let x = configuration.position(a, self.faces()[0], &point.points[0]);
+            let x = configuration.position(self.blocks[0], &point.points[0]);
             moment += (x - about).cross(&pull);
         }
         JointLoad { energy: self.spring_energies(&[]), area: self.area(), force, moment, about }

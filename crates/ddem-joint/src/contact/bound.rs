@@ -15,7 +15,7 @@ use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::MassProperties;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::pack::Packs;
-use ddem_mesh::{Geometry, Vec3};
+use ddem_mesh::{Geometry, PartShape, Vec3};
 
 /// Upper bounds `[1/s²]`: the amount that contacts add to the largest squared angular frequency of
 /// deformable blocks, and that frequency squared of rigid blocks with all joints and contacts.
@@ -181,6 +181,10 @@ struct FaceStiffness {
 fn each_face(surfaces: &ContactSurfaces, geometry: &Geometry, block: usize) -> [FaceStiffness; 6] {
     [0, 1, 2, 3, 4, 5].map(|number| {
         let face = FaceId::from_number(number);
+        let is_inner = |part: &PartShape| face.upper || part.faces[face.direction].is_none();
+        if geometry.part(block).is_some_and(is_inner) {
+            return FaceStiffness::default();
+        }
         let per_mass = per_mass(surfaces, geometry, block, face);
         let SpringStiffness { normal, shear } = surfaces.excess_over_joint(block as u32, face);
         let stiffest = surfaces.largest_with_joint(block as u32, face).normal;
@@ -209,7 +213,7 @@ fn on_node(faces: &[FaceStiffness; 6], at: [Option<bool>; 3]) -> [f64; 2] {
 /// Area over mass of a node on a face, doubled for the motion of the other block: `A/m = 2/(ρ h)`
 /// `[m²/kg]`.
 fn per_mass(surfaces: &ContactSurfaces, geometry: &Geometry, block: usize, face: FaceId) -> f64 {
-    4.0 / (surfaces.density(block as u32, face) * geometry.height(block, face.direction))
+    4.0 / (surfaces.density(block as u32, face) * geometry.surface_height(block, face.direction))
 }
 
 /// Largest squared angular frequency with springs at the corners of all faces `[1/s²]`. Each face

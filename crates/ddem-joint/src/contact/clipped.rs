@@ -1,9 +1,8 @@
 //! Part of one face that lies over another, with its points.
 
 use super::ContactPoint;
-use super::side::{ContactSide, are_parallel, node_at};
+use super::side::{ContactSide, are_disjoint, are_parallel, node_at};
 use ddem_mechanics::collide::{self, Vertex};
-use ddem_mesh::SurfacePoint;
 
 /// Fraction of an element's face area below which a point is ignored.
 const NOTHING: f64 = 1e-9;
@@ -12,24 +11,52 @@ const NOTHING: f64 = 1e-9;
 pub(super) type Polygons<'a> = &'a mut dyn FnMut(&[u32], &[u32]);
 
 /// Part of the finer of two faces that lies over the other.
-pub(super) struct ClippedOverlap<'a> {
+struct ClippedOverlap<'a> {
     /// Finer side and coarser side.
-    pub(super) sides: [&'a ContactSide<'a>; 2],
+    sides: [&'a ContactSide<'a>; 2],
     /// Block of the finer face, 0 or 1.
-    pub(super) fine: usize,
+    fine: usize,
     /// Number of the point at each node of the finer side, or `usize::MAX`.
-    pub(super) at_node: Vec<usize>,
-    pub(super) points: Vec<ContactPoint>,
+    at_node: Vec<usize>,
+    points: Vec<ContactPoint>,
+}
+
+/// Pairs of points of the part of a finer face, that of body `fine`, that lies over another face. The
+/// sides are the finer and the coarser one. See [`PatchBuilder`](super::patch_builder::PatchBuilder)
+/// for `visit`.
+pub(super) fn overlap(
+    sides: [&ContactSide<'_>; 2],
+    fine: usize,
+    visit: &mut Option<Polygons<'_>>,
+) -> Vec<ContactPoint> {
+    let [own, coarse] = sides;
+    let [n, m] = sides.map(|side| side.contact_block.topology.divisions());
+    let at_node = vec![usize::MAX; (n + 1) * (n + 1)];
+    let mut overlap = ClippedOverlap { sides, fine, at_node, points: Vec::new() };
+    for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
+        let quad = own.quad([i, k]);
+        if are_disjoint(&quad, &coarse.outline) {
+            continue;
+        }
+        let Some(visit) = visit else {
+            overlap.add([i, k], &quad, &coarse.outline);
+            continue;
+        };
+        for element in (0..m).flat_map(|l| (0..m).map(move |j| [j, l])) {
+            let outline = coarse.quad(element);
+            if are_disjoint(&quad, &outline) {
+                continue;
+            }
+            let (corners, inside) = overlap.add_inside([i, k], &quad, &outline);
+            visit(&corners, &inside);
+        }
+    }
+    overlap.points
 }
 
 impl ClippedOverlap<'_> {
     /// Adds the part of an element that lies over an outline.
-    pub(super) fn add(
-        &mut self,
-        element: [usize; 2],
-        quad: &[[f64; 2]; 4],
-        outline: &[[f64; 2]; 4],
-    ) {
+    fn add(&mut self, element: [usize; 2], quad: &[[f64; 2]; 4], outline: &[[f64; 2]; 4]) {
         for vertex in collide::overlap(quad, outline).as_slice() {
             self.put(element, vertex);
         }
@@ -38,7 +65,7 @@ impl ClippedOverlap<'_> {
     /// Adds the part of an element over an outline. It also adds inner points where areas at the
     /// corners do not integrate the shape functions of both sides exactly. Returns the corners and
     /// the inner points.
-    pub(super) fn add_inside(
+    fn add_inside(
         &mut self,
         element: [usize; 2],
         quad: &[[f64; 2]; 4],
@@ -73,7 +100,7 @@ impl ClippedOverlap<'_> {
         if let Some(node) = node {
             self.at_node[node] = self.points.len();
         }
-        let mut points = [SurfacePoint::new([i, k], vertex.on); 2];
+        let mut points = [fine.point([i, k], vertex.on); 2];
         points[1 - self.fine] = coarse.surface_point(vertex.at);
         self.points.push(ContactPoint::new(points, vertex.area));
         Some(self.points.len() as u32 - 1)
@@ -89,7 +116,8 @@ fn quarters(polygon: &[Vertex], quad: &[[f64; 2]; 4]) -> (Vec<Vertex>, Vec<Verte
     let mean =
         |of: &[[f64; 2]]| [0, 1].map(|k| of.iter().map(|at| at[k]).sum::<f64>() / of.len() as f64);
     let mut put = |at: [f64; 2], area: f64| {
-        inside.push(Vertex { at, on: collide::bilinear(quad, at), area });
+        let on = collide::bilinear(quad, at).map(|x| x.clamp(0.0, 1.0));
+        inside.push(Vertex { at, on, area });
     };
     for i in 1..polygon.len().saturating_sub(1) {
         let triangle = [0, i, i + 1];

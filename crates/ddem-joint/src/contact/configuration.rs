@@ -1,7 +1,10 @@
 //! Present configuration of the blocks and of the points on their faces.
 
+use std::sync::Arc;
+
 use nalgebra::Matrix3;
 
+use super::cells::{ContactCell, cells};
 use ddem_mechanics::collide::{FaceId, Parallelepiped};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::Lanes;
@@ -18,9 +21,9 @@ pub struct ContactBlock {
     middle: Vec3,
     /// Edge vectors of one element `[m]`.
     steps: [Vec3; 3],
-    /// Shortest edge of an element `[m]`.
+    /// Shortest edge of an element, or that of its cell `[m]`.
     pub(super) spacing: f64,
-    /// Half of the sum of the block's edges `[m]`.
+    /// Half of the sum of the block's edges, or the size of its cell `[m]`.
     pub(super) size: f64,
     pub(super) topology: Topology,
     pub(super) rigid: bool,
@@ -30,6 +33,8 @@ pub struct ContactBlock {
     pub(super) lane: usize,
     /// Positions of its nodes at rest, if it is a part of a cell `[m]`; else empty.
     nodes: Box<[Vec3]>,
+    /// Cell that it is a part of.
+    pub(super) cell: Option<Arc<ContactCell>>,
 }
 
 /// Present configuration: nodal displacements and the frames of the packs.
@@ -50,18 +55,22 @@ pub struct Configuration<'a> {
 }
 
 pub(super) fn contact_block(geometry: &Geometry, packs: &Packs) -> Vec<ContactBlock> {
+    let cells = cells(geometry);
     let current = |block: usize| {
+        let cell = cells[block].clone();
         let topology = geometry.topology(block);
         let divisions = topology.divisions() as f64;
         let (pack, lane) = packs.slot(block);
         let steps = geometry.element_edges(block);
         let corner = geometry.position(block, [0; 3]);
         let edges = steps.map(|step| step.norm());
+        let shortest = edges[0].min(edges[1]).min(edges[2]);
+        let size = 0.5 * divisions * (edges[0] + edges[1] + edges[2]);
         ContactBlock {
             corner,
             middle: corner + (steps[0] + steps[1] + steps[2]) * (0.5 * divisions),
-            spacing: edges[0].min(edges[1]).min(edges[2]),
-            size: 0.5 * divisions * (edges[0] + edges[1] + edges[2]),
+            spacing: cell.as_ref().map_or(shortest, |cell| cell.spacing),
+            size: cell.as_ref().map_or(size, |cell| cell.size),
             steps,
             topology,
             rigid: geometry.is_rigid(block),
@@ -69,6 +78,7 @@ pub(super) fn contact_block(geometry: &Geometry, packs: &Packs) -> Vec<ContactBl
             pack,
             lane,
             nodes: nodes_of_part(geometry, block),
+            cell,
         }
     };
     (0..geometry.blocks.len()).map(current).collect()
@@ -104,7 +114,7 @@ impl ContactBlock {
     }
 
     #[inline]
-    fn corners(&self, u: &[Lanes]) -> [Vec3; 8] {
+    pub(super) fn corners(&self, u: &[Lanes]) -> [Vec3; 8] {
         let corners = self.topology.corners();
         std::array::from_fn(|corner| self.node(u, corners[corner]))
     }
@@ -134,15 +144,15 @@ impl ContactBlock {
 
     /// Nodes of the element face that holds a point, numbered as in the block, and their weights.
     #[inline(always)]
-    pub fn weights(&self, face: FaceId, point: &SurfacePoint) -> [(usize, f64); 4] {
-        point.weights(self.topology, face)
+    pub fn weights(&self, point: &SurfacePoint) -> [(usize, f64); 4] {
+        point.weights(self.topology)
     }
 
     /// Value of a nodal field at a point.
     #[inline(always)]
-    fn at(&self, field: &[Lanes], face: FaceId, point: &SurfacePoint) -> Vec3 {
+    fn at(&self, field: &[Lanes], point: &SurfacePoint) -> Vec3 {
         let mut sum = Vec3::zeros();
-        for (node, weight) in self.weights(face, point) {
+        for (node, weight) in self.weights(point) {
             let node = &field[self.first + 3 * node..][..3];
             let value = Vec3::new(node[0].0[self.lane], node[1].0[self.lane], node[2].0[self.lane]);
             sum += value * weight;
@@ -152,23 +162,24 @@ impl ContactBlock {
 
     /// Position of a point at rest `[m]`, and the node with the largest weight, numbered as in the
     /// block.
-    pub fn rest_point(&self, face: FaceId, point: &SurfacePoint) -> (Vec3, usize) {
-        let weights = self.weights(face, point);
+    pub fn rest_point(&self, point: &SurfacePoint) -> (Vec3, usize) {
+        let weights = self.weights(point);
         let most = weights
             .iter()
             .fold(weights[0], |most, &share| if share.1 > most.1 { share } else { most });
-        (self.rest(face, point), most.0)
+        (self.rest(point), most.0)
     }
 
     /// Position of a point at rest `[m]`.
     #[inline(always)]
-    fn rest(&self, face: FaceId, point: &SurfacePoint) -> Vec3 {
+    fn rest(&self, point: &SurfacePoint) -> Vec3 {
         if !self.nodes.is_empty() {
-            let weights = self.weights(face, point);
+            let weights = self.weights(point);
             return weights
                 .iter()
                 .fold(Vec3::zeros(), |sum, (node, w)| sum + self.nodes[*node] * *w);
         }
+        let face = point.face();
         let d = face.direction;
         let along = |k: usize| f64::from(point.element[k]) + f64::from(point.on[k]);
         let up = if face.upper { self.topology.divisions() as f64 } else { 0.0 };
@@ -252,38 +263,30 @@ impl Configuration<'_> {
         contact_block.middle + Vec3::from(self.frames[pack].mean.map(|c| c.0[lane]))
     }
 
-    /// Position of a point `[m]`.
+    /// Position of a point of a body `[m]`.
     #[inline(always)]
-    pub fn position(&self, block: usize, face: FaceId, point: &SurfacePoint) -> Vec3 {
-        let contact_block = &self.blocks[block];
-        contact_block.rest(face, point) + contact_block.at(self.u, face, point)
+    pub fn position(&self, body: u32, point: &SurfacePoint) -> Vec3 {
+        let contact_block = &self.blocks[point.block(body)];
+        contact_block.rest(point) + contact_block.at(self.u, point)
     }
 
-    /// Vector from a point on the first block to a point on the second `[m]`.
+    /// Vector from a point on the first body to a point on the second `[m]`.
     #[inline(always)]
-    pub(super) fn relative_position(
-        &self,
-        blocks: [u32; 2],
-        faces: [FaceId; 2],
-        points: &[SurfacePoint; 2],
-    ) -> Vec3 {
-        self.position(blocks[1] as usize, faces[1], &points[1])
-            - self.position(blocks[0] as usize, faces[0], &points[0])
+    pub(super) fn relative_position(&self, bodies: [u32; 2], points: &[SurfacePoint; 2]) -> Vec3 {
+        self.position(bodies[1], &points[1]) - self.position(bodies[0], &points[0])
     }
 
     /// Change of the vector between two points in the last step `[m]`.
     pub(super) fn relative_displacement_increment(
         &self,
-        blocks: [u32; 2],
-        faces: [FaceId; 2],
+        bodies: [u32; 2],
         points: &[SurfacePoint; 2],
     ) -> Vec3 {
-        self.du(blocks[1] as usize, faces[1], &points[1])
-            - self.du(blocks[0] as usize, faces[0], &points[0])
+        self.du(bodies[1], &points[1]) - self.du(bodies[0], &points[0])
     }
 
     /// Displacement increment of a point in the last step `[m]`.
-    pub(super) fn du(&self, block: usize, face: FaceId, point: &SurfacePoint) -> Vec3 {
-        self.blocks[block].at(self.last.0, face, point) * self.last.1
+    pub(super) fn du(&self, body: u32, point: &SurfacePoint) -> Vec3 {
+        self.blocks[point.block(body)].at(self.last.0, point) * self.last.1
     }
 }

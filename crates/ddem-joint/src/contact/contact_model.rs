@@ -18,7 +18,7 @@ pub struct ContactModel {
     pub surfaces: ContactSurfaces,
     /// Blocks at rest.
     pub blocks: Vec<ContactBlock>,
-    /// Shortest edge of a block `[m]`.
+    /// Shortest edge of a block, or width of a cell `[m]`.
     pub shortest: f64,
     /// Distance that blocks may travel before their boxes are sorted again `[m]`.
     pub(super) margin: f64,
@@ -33,8 +33,10 @@ pub struct ContactModel {
 impl ContactModel {
     /// Contact data of a model's blocks.
     pub fn new(properties: &Properties, laws: &Laws, geometry: &Geometry, packs: &Packs) -> Self {
-        let mut edges: Vec<f64> =
-            (0..geometry.blocks.len()).map(|block| geometry.shortest_edge(block)).collect();
+        let width = |block: usize| {
+            geometry.part(block).map_or(geometry.shortest_edge(block), |part| part.width)
+        };
+        let mut edges: Vec<f64> = (0..geometry.blocks.len()).map(width).collect();
         edges.sort_unstable_by(f64::total_cmp);
         let median = edges.get(edges.len() / 2).copied().unwrap_or_default();
         let shortest = edges.first().copied().unwrap_or(f64::INFINITY);
@@ -51,6 +53,16 @@ impl ContactModel {
             search: properties.contact.search,
         }
     }
+    /// First block of the cell of each block; empty without cells.
+    #[must_use]
+    pub fn bodies(&self) -> Vec<u32> {
+        if self.blocks.iter().all(|block| block.cell.is_none()) {
+            return Vec::new();
+        }
+        let numbered = self.blocks.iter().enumerate();
+        numbered.map(|(block, contact_block)| contact_block.body(block as u32)).collect()
+    }
+
     /// Shortest element edge of two blocks `[m]`.
     pub fn spacing(&self, [a, b]: [u32; 2]) -> f64 {
         self.blocks[a as usize].spacing.min(self.blocks[b as usize].spacing)

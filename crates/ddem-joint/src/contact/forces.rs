@@ -86,12 +86,12 @@ impl Patch {
             self.bond.is_some(),
             context.releases_rotated_joints && self.has_rotated(configuration),
         );
-        let (blocks, faces, spacing) = (self.blocks, self.faces(), self.spacing(configuration));
+        let (blocks, spacing) = (self.blocks, self.spacing(configuration));
         let has_friction = self.surface.friction.has_friction();
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         for i in 0..self.points.len() {
             let point = &mut self.points[i];
-            let relative_position = configuration.relative_position(blocks, faces, &point.points);
+            let relative_position = configuration.relative_position(blocks, &point.points);
             let own = axes.tr_mul(&relative_position);
             let loss = if is_joint {
                 let pair = &mut point.pair;
@@ -100,11 +100,9 @@ impl Patch {
                     .is_some_and(|law| pair.fail(law, context, elastic, has_rotated, &mut losses));
                 let du = fails.then(|| {
                     pair.begin(elastic, own.x - pair.origin.x);
-                    axes.tr_mul(&configuration.relative_displacement_increment(
-                        blocks,
-                        faces,
-                        &point.points,
-                    ))
+                    axes.tr_mul(
+                        &configuration.relative_displacement_increment(blocks, &point.points),
+                    )
                 });
                 pair.update(law.filter(|_| pair.failure.is_some()), &springs, own, du)
             } else {

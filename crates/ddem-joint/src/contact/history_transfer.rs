@@ -56,13 +56,8 @@ impl Patch {
         let rotation = configuration.rotation_increment(self.order()[0]);
         let before = normal - rotation.cross(&(normal - rotation.cross(&normal) * 0.5));
         let opening_increment = |point: &ContactPoint| {
-            let relative_position =
-                configuration.relative_position(self.blocks, self.faces(), &point.points);
-            let du = configuration.relative_displacement_increment(
-                self.blocks,
-                self.faces(),
-                &point.points,
-            );
+            let relative_position = configuration.relative_position(self.blocks, &point.points);
+            let du = configuration.relative_displacement_increment(self.blocks, &point.points);
             normal.dot(&relative_position) - before.dot(&(relative_position - du))
         };
         self.points.iter().map(opening_increment).collect()
@@ -173,11 +168,10 @@ pub(super) struct PointHistory {
 impl PatchHistory {
     pub(super) fn new(configuration: &Configuration<'_>, old: &Patch) -> Self {
         let axes = old.frame();
-        let a = old.blocks[0] as usize;
-        let face = old.faces()[0];
+        let a = old.blocks[0];
         let of_point = |&ContactPoint { points, pair, slip_path }: &ContactPoint| {
             let in_space = |v: Vector2<f64>| axes * Vec3::new(0.0, v.x, v.y);
-            let x = configuration.position(a, face, &points[0]);
+            let x = configuration.position(a, &points[0]);
             let PointState {
                 added_tractions, dilation: offset, traction, slip, equilibrium, ..
             } = pair.state;

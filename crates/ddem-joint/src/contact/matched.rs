@@ -51,8 +51,8 @@ impl PatchBuilder<'_> {
         let near = SAME * a.element_area(faces[0]).sqrt();
         let facing = facing(b, faces[1], &nodes, near)?;
         let point = |node: usize| {
-            let points = [node, facing[node]].map(|node| on_face(node, n));
-            ContactPoint::new(points, areas[node])
+            let own = on_face(faces[0], node, n);
+            ContactPoint::new([own, on_face(faces[1], facing[node], n)], areas[node])
         };
         let points = (0..side * side).map(point).collect();
         Some(MatchedFaces { normal, points, quads, integrals })
@@ -71,10 +71,10 @@ fn facing(b: &ContactBlock, face: FaceId, nodes: &[Vec3], near: f64) -> Option<V
 }
 
 /// Node of a face with `n` elements along its edges, as a point of the face.
-fn on_face(node: usize, n: usize) -> SurfacePoint {
+fn on_face(face: FaceId, node: usize, n: usize) -> SurfacePoint {
     let at = [node % (n + 1), node / (n + 1)];
     let element = at.map(|i| i.min(n - 1));
-    SurfacePoint::new(element, [0, 1].map(|k| (at[k] - element[k]) as f64))
+    SurfacePoint::new(face, element, [0, 1].map(|k| (at[k] - element[k]) as f64))
 }
 
 /// Shape functions times areas at the four Gauss points of a quadrilateral.

@@ -14,26 +14,33 @@
 //! | `configuration` | positions of blocks and of points fixed to their faces |
 //! | `surfaces` | stiffness and friction of two faces |
 //! | `friction` | strength that the laws of joints leave to faces |
-//! | `search` | search for near blocks, without those that their joints keep apart |
+//! | `search`, `joined_cells` | search for near blocks, without those that their joints keep apart |
 //! | `patch_builder`, `clipped`, `side` | pairs of points of a patch, on faces and edges |
+//! | `meeting` | separation of two bodies and the features in contact |
+//! | `cells` | cells of several blocks as bodies |
 //! | `matched` | pairs of two faces with equal corners |
 //! | `history` | transfer of history from old points to new ones |
 //! | `forces` | forces of the points |
-//! | `bond` | nonconforming joints |
-//! | `bound` | upper bounds of the stiffness of contacts |
+//! | `bond`, `bond_groups` | nonconforming joints, and those of two cells as one |
+//! | `bound`, `bounds_at_nodes` | upper bounds of the stiffness of contacts |
 //! | `warnings` | warnings about contacts that may be unintended |
 //! | `contact_model` | constant data of contacts |
 //! | `release` | replacement of displaced joints by contacts |
 
 mod bond;
+mod bond_groups;
 mod bound;
+mod bounds_at_nodes;
+mod cells;
 mod clipped;
 mod configuration;
 mod contact_model;
 mod forces;
 mod friction;
 mod history_transfer;
+mod joined_cells;
 mod matched;
+mod meeting;
 mod patch_builder;
 mod release;
 mod search;
@@ -44,7 +51,6 @@ mod warnings;
 use nalgebra::{Matrix3, Vector3};
 
 use super::point::JointPoint;
-use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::law::Traction;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::Lanes;
@@ -56,7 +62,9 @@ pub use release::{JointLookup, JointStatus};
 pub use search::{NearPair, SearchContext, find, release_due_joints};
 pub use warnings::ContactWarning;
 
-pub use bond::{Bond, BondedPatch, ReleasedJoint, at_nodes, bonded_patches, bounds_at_nodes};
+pub use bond::{Bond, BondedPatch, ReleasedJoint, at_nodes, bonded_patches};
+use bond_groups::BondGroups;
+pub use bounds_at_nodes::bounds_at_nodes;
 pub use contact_model::ContactModel;
 use forces::update;
 use release::release;
@@ -87,10 +95,8 @@ impl ContactPoint {
 /// Two blocks that are near each other.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Patch {
-    /// Blocks a and b, the lower number first.
+    /// Bodies a and b, the lower number first: blocks, or the first blocks of cells.
     pub blocks: [u32; 2],
-    /// Numbers of the faces of a and b that the points are on.
-    pub faces: [u8; 2],
     /// Reference block, 0 or 1: the normal rotates with it.
     pub reference: u8,
     /// Motion after which the points are remade `[m]`.
@@ -132,6 +138,8 @@ pub struct Contacts {
     pub travel: Vec<Lanes>,
     /// Status of the joint at the upper side of each block along each direction.
     pub joints: Vec<[JointStatus; 3]>,
+    /// First block of the cell of each block; empty without cells.
+    pub bodies: Vec<u32>,
     /// Nonconforming joints that contacts have replaced, sorted by their blocks.
     pub ended: Vec<ReleasedJoint>,
     /// Largest penetration `[m]`.
@@ -139,21 +147,33 @@ pub struct Contacts {
     /// Start of each block's patches in `entries`, shape `(blocks + 1)`.
     #[serde(skip)]
     starts: Vec<u32>,
-    /// Twice the number of the patch, plus one if the block is b.
+    /// Twice the number of the patch, plus one if the block is of body b.
     #[serde(skip)]
     entries: Vec<u32>,
+    /// Joints that a contact replaces as one: the patches of two blocks or of two cells.
+    #[serde(skip)]
+    bond_groups: BondGroups,
 }
 
 impl Contacts {
-    /// Empty contacts of a number of blocks in packs.
-    pub fn new(blocks: usize, packs: usize) -> Self {
+    /// Empty contacts of a number of blocks in packs. `bodies` are the first blocks of their cells;
+    /// empty without cells.
+    pub fn new(blocks: usize, packs: usize, bodies: Vec<u32>) -> Self {
         let joints = vec![[JointStatus::default(); 3]; blocks];
-        let mut contacts = Self { joints, travel: vec![Lanes::ZERO; packs], ..Self::default() };
+        let travel = vec![Lanes::ZERO; packs];
+        let mut contacts = Self { joints, travel, bodies, ..Self::default() };
         contacts.index();
         contacts
     }
 
-    /// Patches of a block, and its side in each: 0 for a, 1 for b.
+    /// Body of a block: the first block of its cell, or the block itself.
+    #[inline]
+    pub(super) fn body(&self, block: u32) -> u32 {
+        self.bodies.get(block as usize).copied().unwrap_or(block)
+    }
+
+    /// Patches of a block, and the side of its body in each: 0 for a, 1 for b. Only some points of
+    /// the patch of a cell are on the block.
     #[inline]
     pub fn of(&self, block: usize) -> impl Iterator<Item = (&Patch, usize)> {
         let (from, to) = match self.starts.get(block..block + 2) {
@@ -230,19 +250,25 @@ impl Contacts {
         let mut counts = vec![0_u32; blocks + 1];
         let each = || {
             let patches = self.patches.iter().enumerate();
-            patches.flat_map(|(i, patch)| [0, 1].map(|side| (i, side, patch.blocks[side] as usize)))
+            patches.flat_map(|(i, patch)| {
+                [0, 1].into_iter().flat_map(move |side| {
+                    let first = patch.blocks[side] as usize;
+                    patch.parts(side).map(move |part| (i, side, first + usize::from(part)))
+                })
+            })
         };
         each().for_each(|(_, _, block)| counts[block + 1] += 1);
         for block in 0..blocks {
             counts[block + 1] += counts[block];
         }
         let mut next = counts.clone();
-        let mut entries = vec![0; 2 * self.patches.len()];
+        let mut entries = vec![0; counts[blocks] as usize];
         for (patch, side, block) in each() {
             entries[next[block] as usize] = (2 * patch + side) as u32;
             next[block] += 1;
         }
         (self.starts, self.entries) = (counts, entries);
+        self.bond_groups = BondGroups::new(self);
     }
 
     /// Energy in all springs `[J]`.
@@ -283,6 +309,8 @@ impl Clone for Contacts {
         self.starts.clone_from(&from.starts);
         self.entries.clone_from(&from.entries);
         self.ended.clone_from(&from.ended);
+        self.bodies.clone_from(&from.bodies);
+        self.bond_groups.clone_from(&from.bond_groups);
         (self.near_is_complete, self.deepest) = (from.near_is_complete, from.deepest);
     }
 }
@@ -320,6 +348,22 @@ impl Patch {
         a.min(b)
     }
 
+    /// Numbers of the blocks of a body with points, after its first block, which is always one of
+    /// them.
+    fn parts(&self, side: usize) -> impl Iterator<Item = u16> + use<> {
+        let first = Some(0).into_iter();
+        let points = self.points.iter().map(|point| point.points[side].part);
+        let mut others: Vec<u16> = points.filter(|&part| part != 0).collect();
+        others.sort_unstable();
+        others.dedup();
+        first.chain(others)
+    }
+
+    /// True if some points are on other blocks than the first ones of the two bodies.
+    pub(super) fn is_of_parts(&self) -> bool {
+        self.points.iter().flat_map(|point| &point.points).any(|point| point.part != 0)
+    }
+
     /// Largest penetration of its points `[m]`.
     pub fn depth(&self) -> f64 {
         self.points.iter().map(ContactPoint::depth).fold(0.0, f64::max)
@@ -349,12 +393,6 @@ impl Patch {
     /// Area of all points `[m²]`.
     fn area(&self) -> f64 {
         self.pairs().map(|pair| pair.area).sum()
-    }
-
-    /// Faces of a and b that the points are on.
-    #[inline(always)]
-    pub fn faces(&self) -> [FaceId; 2] {
-        self.faces.map(FaceId::from_number)
     }
 
     /// Reference block, with which the normal rotates, and the other block.

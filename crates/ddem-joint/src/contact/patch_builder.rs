@@ -5,19 +5,21 @@
 //! pairs. So every area counts once, and corners, edges and crossed faces need no special case. Two
 //! edges that cross at an angle to all faces form one pair.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
-use super::clipped::{ClippedOverlap, Polygons};
+use super::cells::{BodyEdge, BodyQuad, Features, quads_of_block};
+use super::clipped::{Polygons, overlap};
 use super::history_transfer::{OldPatch, PatchHistory, PointHistory};
 use super::matched::MatchedFaces;
-use super::side::{ContactSide, are_disjoint, edge_node, edge_point};
-use super::surfaces::sides_of;
+use super::meeting::Meeting;
+use super::side::{ContactSide, edge_node, edge_point};
+use super::surfaces::{ContactSurface, sides_of};
 use super::{
     CONTACT_DISTANCE, CombinedSurface, Configuration, ContactBlock, ContactPoint, ContactSurfaces,
     Patch,
 };
 use crate::point::PairContext;
-use ddem_mechanics::collide::{self, ContactFeature, EdgeId, FaceId, Parallelepiped, Separation};
+use ddem_mechanics::collide::{self, Parallelepiped};
 use ddem_mechanics::law::{Equilibrium, PointState, Traction};
 use ddem_mesh::{NonconformingJoint, SurfacePoint, Vec3};
 
@@ -41,96 +43,75 @@ impl PatchBuilder<'_> {
         CONTACT_DISTANCE * spacing(a).min(spacing(b))
     }
 
-    fn cell(&self, block: u32) -> Parallelepiped {
+    /// Present parallelepiped of a block, or of the first block of a cell.
+    pub(super) fn parallelepiped(&self, block: u32) -> Parallelepiped {
         self.configuration.blocks[block as usize].cell(self.configuration.u)
     }
 
-    /// Combined travel of two blocks that cannot bring them within contact distance `[m]`; 0 if
-    /// they need a patch. The gap of their boxes changes no faster than the blocks travel. The
-    /// height of one block over a face of the other changes at most by `lever` times the travel. So
-    /// the patches found do not depend on the time of the check.
-    pub(super) fn separation_budget(&self, blocks: [u32; 2]) -> f64 {
-        let thickness: f64 = blocks.iter().map(|&block| self.surfaces.thickness(block)).sum();
-        let near = self.contact_distance(blocks) + thickness;
-        let [a, b] = blocks.map(|block| {
-            self.configuration.blocks[block as usize].bounds(self.configuration.u, 0.0)
-        });
-        let gap = (0..3).map(|d| (a[0][d] - b[1][d]).max(b[0][d] - a[1][d]));
-        let gap = gap.fold(f64::NEG_INFINITY, f64::max) - near;
-        if gap > 0.0 {
-            return gap;
-        }
-        let cells = blocks.map(|block| self.cell(block));
-        let separation = collide::separation(&cells[0], &cells[1]);
-        if separation.distance <= near {
-            return 0.0;
-        }
-        // With crossed edges the best face normal has less separation, by the margin.
-        let height = match separation.feature {
-            ContactFeature::Face { .. } => separation.distance,
-            ContactFeature::Edges(_) => separation.distance - separation.margin,
-        };
-        let height = (height - near).max(0.0) / lever(&cells);
-        height.max(f64::MIN_POSITIVE)
-    }
-
-    /// Patch of two blocks; `None` if they are far apart. `old` is their updated previous patch.
-    pub(super) fn patch(&self, blocks: [u32; 2], old: Option<&OldPatch>) -> Option<Patch> {
-        let cells = blocks.map(|block| self.cell(block));
-        let separation = collide::separation(&cells[0], &cells[1]);
-        let contact_distance = self.contact_distance(blocks);
-        let (surfaces, faces) = match separation.feature {
-            ContactFeature::Edges(edges) => (
-                [0, 1].map(|side| self.surfaces.of_edge(blocks[side], edges[side])),
-                edges.map(|edge| sides_of(edge)[0]),
-            ),
-            ContactFeature::Face { of, face, other } => {
-                let faces = if of == 0 { [face, other] } else { [other, face] };
-                ([0, 1].map(|side| *self.surfaces.of(blocks[side], faces[side])), faces)
-            }
-        };
-        let held = blocks.map(|block| {
-            let ContactBlock { pack, lane, .. } = self.configuration.blocks[block as usize];
-            self.held.get(pack).is_some_and(|lanes| lanes[lane])
-        });
+    /// Patch of two bodies; `None` if they are far apart. `old` is their updated previous patch.
+    pub(super) fn patch(&self, bodies: [u32; 2], old: Option<&OldPatch>) -> Option<Patch> {
+        let meeting = self.meeting(bodies);
+        let contact_distance = self.contact_distance(bodies);
+        let held = bodies.map(|body| self.is_held(body));
+        let surfaces = self.surfaces_of(bodies, &meeting.features);
         let surface = self.surfaces.combined([&surfaces[0], &surfaces[1]], held);
-        if separation.distance > surface.thickness + 2.0 * contact_distance {
+        if meeting.distance > surface.thickness + 2.0 * contact_distance {
             return None;
         }
-        let mut patch = self.empty(blocks, &cells, &separation, surface, contact_distance);
-        patch.faces = faces.map(FaceId::number);
+        let mut patch = self.empty(bodies, &meeting, surface, contact_distance);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
-        match separation.feature {
-            ContactFeature::Face { .. } => self.face(&mut patch, &frame, None),
-            ContactFeature::Edges(edges) => self.edges(&mut patch, edges),
+        match meeting.features {
+            Features::Faces { quads, .. } => self.face(&mut patch, &frame, quads, None),
+            Features::Edges(edges) => self.edges(&mut patch, edges),
         }
         self.transfer_history(&mut patch, &frame, old);
         Some(patch)
+    }
+
+    /// True if a block of a body has supports.
+    fn is_held(&self, body: u32) -> bool {
+        self.configuration.blocks_of(body).any(|block| {
+            let ContactBlock { pack, lane, .. } = self.configuration.blocks[block];
+            self.held.get(pack).is_some_and(|lanes| lanes[lane])
+        })
+    }
+
+    /// Surfaces of two features.
+    fn surfaces_of(&self, bodies: [u32; 2], features: &Features<'_>) -> [ContactSurface; 2] {
+        [0, 1].map(|side| match features {
+            Features::Faces { quads, .. } => {
+                let BodyQuad { part, face } = quads[side][0];
+                *self.surfaces.of(bodies[side] + u32::from(part), face)
+            }
+            Features::Edges(edges) => {
+                let (part, edge) = edges[side].halves[0];
+                self.surfaces.of_edge(bodies[side] + u32::from(part), edge)
+            }
+        })
     }
 
     /// Patch of the two faces of a nonconforming joint; its points have no history. `visit`
     /// receives the corners of the overlap polygons and the points inside them.
     pub(super) fn by_face(&self, joint_pair: &NonconformingJoint, visit: Polygons<'_>) -> Patch {
         let NonconformingJoint { blocks, faces, .. } = *joint_pair;
-        let cells = blocks.map(|block| self.cell(block));
         // The finer side determines the normal, that of parts of cells the first face.
         let of = usize::from(
             self.configuration.blocks[blocks[1] as usize].element_area(faces[1])
                 < self.configuration.blocks[blocks[0] as usize].element_area(faces[0]),
         );
         let face = faces[of];
-        let half = &cells[of].half;
+        let half = self.parallelepiped(blocks[of]).half;
         let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
         let cross = half[e].cross(&half[f]);
         let out = if face.upper { half[d] } else { -half[d] };
         let sign = if (cross.dot(&out) > 0.0) == (of == 0) { 1.0 } else { -1.0 };
         let own = self.configuration.blocks[blocks[0] as usize].part_normal(faces[0]);
         let normal = own.unwrap_or_else(|| cross.try_normalize(0.0).unwrap_or_default() * sign);
-        let mut patch = self.empty_joint(joint_pair, &cells, of, normal);
+        let mut patch = self.empty_joint(joint_pair, of, normal);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
-        self.face(&mut patch, &frame, Some(visit));
+        self.face(&mut patch, &frame, faces.map(quads_of_block), Some(visit));
         patch
     }
 
@@ -140,47 +121,36 @@ impl PatchBuilder<'_> {
         joint_pair: &NonconformingJoint,
         matched: &MatchedFaces,
     ) -> Patch {
-        let cells = joint_pair.blocks.map(|block| self.cell(block));
-        let mut patch = self.empty_joint(joint_pair, &cells, 0, matched.normal);
+        let mut patch = self.empty_joint(joint_pair, 0, matched.normal);
         patch.points = matched.points.clone().into();
         patch
     }
 
     /// Patch of a nonconforming joint without points; the face of block `of` determines the axes.
-    fn empty_joint(
-        &self,
-        joint_pair: &NonconformingJoint,
-        cells: &[Parallelepiped; 2],
-        of: usize,
-        normal: Vec3,
-    ) -> Patch {
+    fn empty_joint(&self, joint_pair: &NonconformingJoint, of: usize, normal: Vec3) -> Patch {
         let NonconformingJoint { blocks, faces, .. } = *joint_pair;
-        let feature = ContactFeature::Face { of, face: faces[of], other: faces[1 - of] };
-        let separation = Separation { distance: 0.0, margin: f64::INFINITY, normal, feature };
+        let features = Features::Faces { of, quads: faces.map(quads_of_block) };
+        let meeting = Meeting { distance: 0.0, margin: f64::INFINITY, normal, features };
         let contact_distance = self.contact_distance(blocks);
-        let mut patch =
-            self.empty(blocks, cells, &separation, CombinedSurface::default(), contact_distance);
-        patch.faces = faces.map(FaceId::number);
-        patch
+        self.empty(blocks, &meeting, CombinedSurface::default(), contact_distance)
     }
 
     fn empty(
         &self,
         blocks: [u32; 2],
-        cells: &[Parallelepiped; 2],
-        separation: &Separation,
+        meeting: &Meeting<'_>,
         surface: CombinedSurface,
         contact_distance: f64,
     ) -> Patch {
-        let reference = match separation.feature {
-            ContactFeature::Face { of, .. } => of,
-            ContactFeature::Edges(_) => 0,
+        let reference = match meeting.features {
+            Features::Faces { of, .. } => of,
+            Features::Edges(_) => 0,
         };
         let mut patch = Patch { blocks, reference: reference as u8, surface, ..Patch::default() };
         let [own, other] = patch.order().map(|block| self.configuration.rotation(block));
-        let normal = separation.normal;
+        let normal = meeting.normal;
         // The tangent runs along an edge of the reference block.
-        let half = &cells[reference].half;
+        let half = self.parallelepiped(blocks[reference]).half;
         let along = (0..3).map(|d| half[d] - normal * normal.dot(&half[d]));
         let along = along.max_by(|x, y| x.norm_squared().total_cmp(&y.norm_squared()));
         let along = along.and_then(|x| x.try_normalize(0.0)).unwrap_or_default();
@@ -190,7 +160,7 @@ impl PatchBuilder<'_> {
         patch.relative_position = own.tr_mul(&self.relative_position(blocks));
         // If another axis is almost as good, the patch is checked again soon.
         patch.limit =
-            contact_distance.min(0.5 * separation.margin).max(SHORTEST * contact_distance) as f32;
+            contact_distance.min(0.5 * meeting.margin).max(SHORTEST * contact_distance) as f32;
         patch
     }
 
@@ -210,61 +180,62 @@ impl PatchBuilder<'_> {
         motion > f64::from(patch.limit) || !motion.is_finite()
     }
 
-    /// Adds the pairs of points of two faces, over the outline of the coarser one. With `visit`
-    /// they are made over each of its elements, so that the shape functions of both sides are
-    /// integrated exactly. `visit` receives the corners of the polygons and the points inside them.
-    fn face(&self, patch: &mut Patch, frame: &[Vec3; 3], mut visit: Option<Polygons<'_>>) {
-        let faces = patch.faces();
-        let sides = [0, 1].map(|side| {
-            ContactSide::new(&self.configuration, patch.blocks[side] as usize, faces[side], frame)
+    /// Adds the pairs of points of two faces. Over each quadrilateral of the coarser one they follow
+    /// its outline; with `visit` they are made over each of its elements, so that the shape functions
+    /// of both sides are integrated exactly. `visit` receives the corners of the polygons and the
+    /// points inside them.
+    fn face(
+        &self,
+        patch: &mut Patch,
+        frame: &[Vec3; 3],
+        quads: [&[BodyQuad]; 2],
+        mut visit: Option<Polygons<'_>>,
+    ) {
+        let [own, other] = [0, 1].map(|side| -> Vec<ContactSide<'_>> {
+            let of = |quad| ContactSide::new(&self.configuration, patch.blocks[side], quad, frame);
+            quads[side].iter().map(of).collect()
         });
-        let fine = usize::from(sides[1].element < sides[0].element);
-        let (fine_side, coarse) = (&sides[fine], &sides[1 - fine]);
-        let (n, m) = (
-            fine_side.contact_block.topology.divisions(),
-            coarse.contact_block.topology.divisions(),
-        );
-        let at_node = vec![usize::MAX; (n + 1) * (n + 1)];
-        let mut overlap =
-            ClippedOverlap { sides: [fine_side, coarse], fine, at_node, points: Vec::new() };
-        for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
-            let quad = fine_side.quad([i, k]);
-            if are_disjoint(&quad, &coarse.outline) {
-                continue;
-            }
-            let Some(visit) = &mut visit else {
-                overlap.add([i, k], &quad, &coarse.outline);
-                continue;
-            };
-            for element in (0..m).flat_map(|l| (0..m).map(move |j| [j, l])) {
-                let outline = coarse.quad(element);
-                if are_disjoint(&quad, &outline) {
-                    continue;
-                }
-                let (corners, inside) = overlap.add_inside([i, k], &quad, &outline);
-                visit(&corners, &inside);
-            }
+        let mut points = Vec::new();
+        for (a, b) in own.iter().flat_map(|a| other.iter().map(move |b| (a, b))) {
+            let fine = usize::from(b.element < a.element);
+            let sides = if fine == 0 { [a, b] } else { [b, a] };
+            points.append(&mut overlap(sides, fine, &mut visit));
         }
-        patch.points = overlap.points.into();
+        patch.points = points.into();
     }
 
     /// Makes the pair of points at the crossing of two edges.
-    fn edges(&self, patch: &mut Patch, edges: [EdgeId; 2]) {
-        let ends = [0, 1].map(|side| {
-            let contact_block = &self.configuration.blocks[patch.blocks[side] as usize];
-            [0, contact_block.topology.divisions()].map(|i| {
-                contact_block.node(self.configuration.u, edge_node(contact_block, edges[side], i))
-            })
-        });
+    fn edges(&self, patch: &mut Patch, edges: [BodyEdge; 2]) {
+        let ends = [0, 1].map(|side| self.ends(patch.blocks[side], &edges[side]));
         let along = collide::nearest(ends[0], ends[1]);
         let (mut points, mut least) = ([SurfacePoint::default(); 2], f64::INFINITY);
         for side in 0..2 {
-            let contact_block = &self.configuration.blocks[patch.blocks[side] as usize];
-            points[side] = edge_point(contact_block, edges[side], along[side]);
-            let area = sides_of(edges[side]).map(|face| contact_block.element_area(face));
+            let BodyEdge { halves, is_halved } = edges[side];
+            // A half runs from its end to the middle.
+            let (part, edge, fraction) = match along[side] {
+                at if !is_halved => (halves[0].0, halves[0].1, at),
+                at if at < 0.5 => (halves[0].0, halves[0].1, 2.0 * at),
+                at => (halves[1].0, halves[1].1, 2.0 * (1.0 - at)),
+            };
+            let block = patch.blocks[side] as usize + usize::from(part);
+            let contact_block = &self.configuration.blocks[block];
+            points[side] = SurfacePoint { part, ..edge_point(contact_block, edge, fraction) };
+            let area = sides_of(edge).map(|face| contact_block.element_area(face));
             least = least.min(0.25 * 0.5 * (area[0] + area[1]));
         }
         patch.points = [ContactPoint::new(points, least)].into();
+    }
+
+    /// Present ends of an edge of a body `[m]`.
+    fn ends(&self, body: u32, edge: &BodyEdge) -> [Vec3; 2] {
+        let node = |half: usize, i: usize| {
+            let (part, edge) = edge.halves[half];
+            let contact_block = &self.configuration.blocks[body as usize + usize::from(part)];
+            contact_block.node(self.configuration.u, edge_node(contact_block, edge, i))
+        };
+        let (part, _) = edge.halves[0];
+        let n = self.configuration.blocks[body as usize + usize::from(part)].topology.divisions();
+        if edge.is_halved { [node(0, 0), node(1, 0)] } else { [node(0, 0), node(0, n)] }
     }
 
     /// Initialises the points and passes on the history of old points nearby.
@@ -275,13 +246,13 @@ impl PatchBuilder<'_> {
         let stretch = old.map_or(1.0, |old| old.patch.surface.friction.stretch());
         patch.surface.friction.set_stretch(stretch);
         let CombinedSurface { thickness, stiffness, .. } = patch.surface;
-        let (blocks, faces) = (patch.blocks, patch.faces());
+        let blocks = patch.blocks;
         for ContactPoint { points, pair, slip_path } in &mut patch.points {
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
-            let x = self.configuration.position(blocks[0] as usize, faces[0], &points[0]);
-            let [gap, sx, sy] = own(self.configuration.relative_position(blocks, faces, points));
+            let x = self.configuration.position(blocks[0], &points[0]);
+            let [gap, sx, sy] = own(self.configuration.relative_position(blocks, points));
             let [opening_increment, wx, wy] =
-                own(self.configuration.relative_displacement_increment(blocks, faces, points));
+                own(self.configuration.relative_displacement_increment(blocks, points));
             // A new contact begins with the gap of one step ago, before the last increment.
             let before = gap - thickness - opening_increment * last;
             let transferred = known.as_ref().and_then(|old| old.nearest(x)).unwrap_or_else(|| {
@@ -324,21 +295,4 @@ impl PatchBuilder<'_> {
             patch.renewed = true;
         }
     }
-}
-
-/// Upper bound of the displacement of a corner of one cell normal to a face of the other, per unit
-/// of their combined travel.
-fn lever(cells: &[Parallelepiped; 2]) -> f64 {
-    let size = |cell: &Parallelepiped| cell.half.iter().map(Vector3::norm).sum::<f64>();
-    let reach = (cells[1].centre - cells[0].centre).norm() + size(&cells[0]).max(size(&cells[1]));
-    // Half the least width of a face: a tilt moves a point at this distance from the middle by as
-    // much as the face travels.
-    let width = |cell: &Parallelepiped| {
-        let of = |d: usize| {
-            let (x, y) = (cell.half[(d + 1) % 3], cell.half[(d + 2) % 3]);
-            x.cross(&y).norm() / x.norm().max(y.norm())
-        };
-        of(0).min(of(1)).min(of(2))
-    };
-    1.0 + 1.5 * reach / width(&cells[0]).min(width(&cells[1]))
 }

@@ -150,6 +150,14 @@ impl PairMotion {
         (moved, any_bonded)
     }
 
+    /// Adds the motion of other pairs.
+    pub(super) fn merge(&mut self, other: Self) {
+        self.slip = self.slip.max(other.slip);
+        self.opening = self.opening.max(other.opening);
+        self.open += other.open;
+        self.softens |= other.softens;
+    }
+
     /// True if a contact must replace the joint. Between rigid blocks this happens when one pair
     /// opens, because their pairs are not at the corners about which a block rotates.
     fn is_released(self, rigid: bool, spacing: f64) -> bool {
@@ -335,13 +343,13 @@ impl Patch {
     ) {
         let axes = self.frame();
         let [normal, s, t] = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
-        let (block, face) = (self.blocks[0] as usize, self.faces()[0]);
+        let body = self.blocks[0];
         let area = self.area();
         if area <= 0.0 {
             return;
         }
         // Moments about the centroid of the area: there shear in its plane has no tilting moment.
-        let position = |p: &ContactPoint| configuration.position(block, face, &p.points[0]);
+        let position = |p: &ContactPoint| configuration.position(body, &p.points[0]);
         let middle: Vec3 = self.points.iter().map(|p| position(p) * (p.pair.area / area)).sum();
         let positions: Vec<Vec3> = self.points.iter().map(|p| position(p) - middle).collect();
         let force = load.force * sign;

@@ -6,23 +6,25 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::bond_groups::{advanced, load};
 use super::history_transfer::OldPatch;
+use super::joined_cells::JoinedCells;
 use super::patch_builder::PatchBuilder;
 use super::release::{JointLookup, JointStatus};
-use super::{
-    Configuration, ContactBlock, ContactModel, Contacts, Patch, ReleasedJoint, release, update,
-};
+use super::{Configuration, ContactBlock, ContactModel, Contacts, Patch, release, update};
 use crate::broken::BrokenJoints;
 use crate::losses::{LossSums, Losses};
 use crate::point::PairContext;
 use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mesh::Geometry;
 use ddem_mesh::grid;
+use ddem_mesh::{Geometry, Vec3};
 
 /// Travel, as a fraction of the contact distance, after which two blocks just beyond it are checked
 /// again.
 const SOON: f64 = 0.01;
+/// Blocks of a patch that a contact has replaced.
+const REPLACED: [u32; 2] = [u32::MAX; 2];
 /// Least number of pairs per parallel task.
 const TOGETHER: usize = 256;
 
@@ -75,11 +77,14 @@ impl Contacts {
         }
     }
 
-    /// Combined travel of two blocks since the boxes were sorted `[m]`.
-    fn travel_of(&self, configuration: &Configuration<'_>, blocks: [u32; 2]) -> f64 {
-        let [a, b] = blocks.map(|block| {
-            let ContactBlock { pack, lane, .. } = configuration.blocks[block as usize];
-            self.travel[pack].0[lane]
+    /// Combined travel of two bodies since the boxes were sorted `[m]`.
+    fn travel_of(&self, configuration: &Configuration<'_>, bodies: [u32; 2]) -> f64 {
+        let [a, b] = bodies.map(|body| {
+            let travel = configuration.blocks_of(body).map(|block| {
+                let ContactBlock { pack, lane, .. } = configuration.blocks[block];
+                self.travel[pack].0[lane]
+            });
+            travel.fold(0.0, f64::max)
         });
         a + b
     }
@@ -92,14 +97,21 @@ impl Contacts {
             return;
         }
         let margin = contact_model.margin + contact_model.surfaces.thickest;
-        let bounds = |block: &ContactBlock| {
-            block.bounds(configuration.u, margin + 0.5 * super::CONTACT_DISTANCE * block.spacing)
+        let bounds = |block: usize| {
+            if self.body(block as u32) as usize != block {
+                // A cell has one box, and a box of NaN overlaps none.
+                return [Vec3::repeat(f64::NAN); 2];
+            }
+            let spacing = configuration.blocks[block].spacing;
+            configuration.bounds(block as u32, margin + 0.5 * super::CONTACT_DISTANCE * spacing)
         };
-        let boxes: Vec<_> = configuration.blocks.par_iter().map(bounds).collect();
+        let boxes: Vec<_> = (0..configuration.blocks.len()).into_par_iter().map(bounds).collect();
+        let joined = JoinedCells::new(self, configuration);
         let near = grid::overlapping_pairs(&boxes).into_par_iter().with_min_len(TOGETHER).filter(
             |&blocks| {
                 self.patch_index(blocks).is_err()
                     && !self.is_left_to_joints(joints.geometry, blocks)
+                    && !joined.are_left_to_joints(blocks)
             },
         );
         let left = |blocks: [u32; 2]| {
@@ -219,11 +231,11 @@ pub fn find(
 /// Remakes the points of patches whose blocks have moved. The old springs are updated at the
 /// present positions first. The energy that they hold in excess of the new ones is lost.
 fn renew(builder: &PatchBuilder<'_>, search: SearchContext<'_>, contacts: &mut Contacts) -> Losses {
-    let each = |patch: &mut Patch| -> Option<(Losses, Option<ReleasedState>)> {
-        if patch.bond.is_some() && search.contact_model.search {
-            return release_patch(builder, patch)
-                .map(|(losses, released)| (losses, Some(released)));
-        }
+    let mut losses = LossSums::default();
+    if search.contact_model.search {
+        release_bonds(builder, contacts, &mut losses);
+    }
+    let each = |patch: &mut Patch| -> Option<(Losses, bool)> {
         if patch.bond.is_some() || !builder.has_moved(patch) {
             return None;
         }
@@ -232,44 +244,75 @@ fn renew(builder: &PatchBuilder<'_>, search: SearchContext<'_>, contacts: &mut C
         let travelled = Patch { blocks, ..Patch::default() };
         *patch = builder.patch(blocks, Some(&old)).unwrap_or(travelled);
         losses.contact += old.conserved_energy() - patch.conserved_energy(&builder.configuration);
-        Some((losses, None))
+        Some((losses, patch.is_of_parts()))
     };
     let patches = &mut contacts.patches;
     let lost: Vec<_> = patches.par_iter_mut().with_min_len(TOGETHER).filter_map(each).collect();
-    let mut losses = LossSums::default();
-    for (lost, released) in lost {
-        losses.add(&lost);
-        if let Some(ended) = released {
-            // Blocks of joints whose status has advanced may meet others.
-            contacts.near_is_complete = false;
-            contacts.add_released(ended);
-        }
+    // Points may have moved to other blocks of their cells.
+    let of_parts = lost.iter().any(|(_, of_parts)| *of_parts);
+    lost.iter().for_each(|(lost, _)| losses.add(lost));
+    if of_parts {
+        contacts.index();
     }
     losses.total()
 }
 
-/// Result for a joint whose status has advanced: its last state if a contact has replaced it.
-type ReleasedState = Option<ReleasedJoint>;
-
-/// Turns a nonconforming joint into a contact once it has failed and moved. Returns the losses and
-/// the last state of the joint; `None` if its status has not advanced.
-fn release_patch(builder: &PatchBuilder<'_>, patch: &mut Patch) -> Option<(Losses, ReleasedState)> {
-    let context = builder.context;
-    let found = patch.status(&builder.configuration, context);
-    let bond = patch.bond.as_mut().filter(|bond| found > Some(bond.status))?;
-    if let Some(release) = found.filter(|&release| release < JointStatus::Pending) {
-        bond.status = release;
-        return Some((Losses::default(), None));
+/// Advances the statuses of nonconforming joints, and turns them into contacts once they have failed
+/// and moved.
+fn release_bonds(builder: &PatchBuilder<'_>, contacts: &mut Contacts, losses: &mut LossSums) {
+    let (groups, patches) = (&contacts.bond_groups, &contacts.patches);
+    let of = |group: usize| groups.of(group).iter().map(|&patch| &patches[patch as usize]);
+    let each = |group: usize| {
+        let found = advanced(of(group), &builder.configuration, builder.context)?;
+        Some((group, found))
+    };
+    let all = (0..groups.len()).into_par_iter().with_min_len(TOGETHER);
+    let found: Vec<(usize, JointStatus)> = all.filter_map(each).collect();
+    if found.is_empty() {
+        return;
     }
+    // Blocks of joints whose status has advanced may meet others.
+    contacts.near_is_complete = false;
+    let groups = std::mem::take(&mut contacts.bond_groups);
+    for (group, status) in found {
+        let own = groups.of(group);
+        if status < JointStatus::Pending {
+            for &patch in own {
+                let bond = &mut contacts.patches[patch as usize].bond;
+                bond.iter_mut().for_each(|bond| bond.status = status);
+            }
+        } else {
+            losses.add(&release_group(builder, contacts, own));
+        }
+    }
+    contacts.patches.retain(|patch| patch.blocks != REPLACED);
+    contacts.patches.sort_by_key(|patch| patch.blocks);
+    contacts.index();
+}
+
+/// Turns joints of two bodies into a contact, which begins with their load. Returns the losses.
+fn release_group(builder: &PatchBuilder<'_>, contacts: &mut Contacts, own: &[u32]) -> Losses {
     // The axes are those of the last step, which a resumed run does not have.
-    patch.update_axes(&builder.configuration);
-    let load = patch.load(&builder.configuration);
-    let before = patch.stored();
-    let mut contact = builder.patch(patch.blocks, None).unwrap_or_default();
-    contact.blocks = patch.blocks;
-    contact.preload(&builder.configuration, context, &load, 1.0);
-    let ended = std::mem::replace(patch, contact).ended();
-    Some((of_release(before - patch.stored(), context), ended))
+    for &patch in own {
+        contacts.patches[patch as usize].update_axes(&builder.configuration);
+    }
+    let patches = || own.iter().map(|&patch| &contacts.patches[patch as usize]);
+    let bodies = contacts.patches[own[0] as usize].blocks.map(|block| contacts.body(block));
+    let before: f64 = patches().map(Patch::stored).sum();
+    let mut contact = builder.patch(bodies, None).unwrap_or_default();
+    contact.blocks = bodies;
+    if let Some(load) = load(patches(), &builder.configuration) {
+        contact.preload(&builder.configuration, builder.context, &load, 1.0);
+    }
+    let lost = before - contact.stored();
+    let mut ended = Vec::with_capacity(own.len());
+    for &patch in own {
+        let replaced = Patch { blocks: REPLACED, ..Patch::default() };
+        ended.extend(std::mem::replace(&mut contacts.patches[patch as usize], replaced).ended());
+    }
+    contacts.patches[own[0] as usize] = contact;
+    contacts.add_released(ended);
+    of_release(lost, builder.context)
 }
 
 impl Contacts {

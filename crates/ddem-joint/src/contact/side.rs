@@ -1,5 +1,6 @@
 //! Projection of faces and edges onto the plane of a patch.
 
+use super::cells::BodyQuad;
 use super::{Configuration, ContactBlock};
 use ddem_mechanics::collide::{self, EdgeId, FaceId};
 use ddem_mesh::{SurfacePoint, Vec3};
@@ -10,6 +11,7 @@ const PARALLEL: f64 = 1e-9;
 /// One side of a face contact, projected along the normal.
 pub(super) struct ContactSide<'a> {
     pub(super) contact_block: &'a ContactBlock,
+    quad: BodyQuad,
     /// Positions of its nodes in the plane `[m]`.
     nodes: Vec<[f64; 2]>,
     pub(super) outline: [[f64; 2]; 4],
@@ -20,11 +22,12 @@ pub(super) struct ContactSide<'a> {
 impl<'a> ContactSide<'a> {
     pub(super) fn new(
         configuration: &Configuration<'a>,
-        block: usize,
-        face: FaceId,
+        body: u32,
+        quad: &BodyQuad,
         frame: &[Vec3; 3],
     ) -> Self {
-        let contact_block = &configuration.blocks[block];
+        let BodyQuad { part, face } = *quad;
+        let contact_block = &configuration.blocks[body as usize + usize::from(part)];
         let n = contact_block.topology.divisions();
         let mut nodes = Vec::with_capacity((n + 1) * (n + 1));
         for (k, i) in (0..=n).flat_map(|k| (0..=n).map(move |i| (k, i))) {
@@ -34,7 +37,14 @@ impl<'a> ContactSide<'a> {
         }
         let m = n + 1;
         let outline = [0, n, n + m * n, m * n].map(|at| nodes[at]);
-        Self { contact_block, nodes, outline, element: contact_block.element_area(face) }
+        let element = contact_block.element_area(face);
+        Self { contact_block, quad: *quad, nodes, outline, element }
+    }
+
+    /// Point of an element of the face.
+    pub(super) fn point(&self, element: [usize; 2], on: [f64; 2]) -> SurfacePoint {
+        let BodyQuad { part, face } = self.quad;
+        SurfacePoint { part, ..SurfacePoint::new(face, element, on) }
     }
 
     pub(super) fn quad(&self, [i, k]: [usize; 2]) -> [[f64; 2]; 4] {
@@ -59,7 +69,7 @@ impl<'a> ContactSide<'a> {
             }
             on = collide::bilinear(&self.quad(element), at);
         }
-        SurfacePoint::new(element, on.map(|x| x.clamp(0.0, 1.0)))
+        self.point(element, on.map(|x| x.clamp(0.0, 1.0)))
     }
 }
 
@@ -103,7 +113,8 @@ pub(super) fn edge_point(
     let i = (along as usize).min(n - 1);
     // Across direction d + 1, the face's own directions are d + 2 and d.
     let (k, on) = if edge.upper[1] { (n - 1, 1.0) } else { (0, 0.0) };
-    SurfacePoint::new([k, i], [on, along - i as f64])
+    let face = FaceId { direction: (edge.direction + 1) % 3, upper: edge.upper[0] };
+    SurfacePoint::new(face, [k, i], [on, along - i as f64])
 }
 
 /// True if the edges of two parallelograms have equal directions.

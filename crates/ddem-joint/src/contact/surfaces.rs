@@ -213,6 +213,13 @@ impl ContactSurfaces {
         SpringStiffness { normal: normal.max(joint.normal), shear: shear.max(joint.shear) }
     }
 
+    /// Largest stiffness of a contact or joint of a face in any direction `[Pa/m]`, and coefficient of
+    /// its dashpot `[Pa s/m]`.
+    pub(super) fn largest_at(&self, block: u32, face: FaceId) -> [f64; 2] {
+        let SpringStiffness { normal, shear } = self.largest_with_joint(block, face);
+        [normal.max(shear), self.dashpot_of_joint([self.of(block, face); 2], normal)]
+    }
+
     /// Excess of a face's contact stiffness over that of its joint, which the contact replaces
     /// `[Pa/m]`. For nonconforming joints it is the larger of the two stiffnesses.
     pub(super) fn excess_over_joint(&self, block: u32, face: FaceId) -> SpringStiffness {
@@ -319,7 +326,7 @@ impl ContactSurface {
     ) -> Self {
         let (d, upper) = (face / 2, face % 2 == 1);
         let elastic = &properties.materials[usize::from(geometry.blocks[block].material)];
-        let height = geometry.height(block, d);
+        let height = geometry.surface_height(block, d);
         let vibrating_mass = VibratingMass::new(geometry, block, d, elastic);
         let number = geometry
             .beyond(block, FaceId { direction: d, upper })

@@ -85,12 +85,12 @@ pub struct Separation {
 }
 
 /// Distance, as a fraction of the size, within which axes count as equal and a fixed order decides.
-const EQUAL: f64 = 1e-9;
+pub(super) const EQUAL: f64 = 1e-9;
 /// Cosine of 10°. Crossed edges whose axis is closer to the face normal are left to the face,
 /// because the overlap with the face then contains the crossing.
-const NEAR_FACE: f64 = 0.984_807_753_012_208;
+pub(super) const NEAR_FACE: f64 = 0.984_807_753_012_208;
 /// Square of the sine below which edges are parallel and have no common normal.
-const PARALLEL: f64 = 1e-4;
+pub(super) const PARALLEL: f64 = 1e-4;
 /// Relative area below which the face of two edges has no normal.
 const FLAT: f64 = 1e-24;
 

@@ -3,6 +3,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 use nalgebra::{Rotation3, Vector3};
 
 use super::edges::nearest;
+use super::hull::{ConvexHull, HullFeature, HullTopology, hull_separation};
 use super::separation::{
     ContactFeature, EdgeId, FaceId, Parallelepiped, Separation, distance_along, separation,
 };
@@ -304,4 +305,66 @@ fn closest_points_of_random_edges_match_sampling() {
             assert!(at(on).norm() > least - 1e-7, "{case}: {a:?} {b:?} {found:?} {on:?}");
         }
     }
+}
+
+/// Topology of a parallelepiped whose corners are numbered by bits.
+fn box_topology() -> HullTopology {
+    let ring = |FaceId { direction: d, upper }| {
+        let [first, second] = [1, 2].map(|next| 1_u32 << ((d + next) % 3));
+        let at = u32::from(upper) << d;
+        let [first, second] = if upper { [first, second] } else { [second, first] };
+        vec![at, at + first, at + first + second, at + second]
+    };
+    HullTopology::new(FaceId::all().map(ring).collect()).unwrap()
+}
+
+#[test]
+fn hulls_of_parallelepipeds_have_their_separation() {
+    let (mut random, topology) = (SplitMix(8), box_topology());
+    let mut edges = 0;
+    for _ in 0..2000 {
+        let mut cells = [random.cell(1.5), random.cell(1.5)];
+        if random.next() < 0.2 {
+            // A mirrored cell.
+            cells[0].half[1] *= -1.0;
+        }
+        let points = [corners(&cells[0]), corners(&cells[1])];
+        let [a, b] = [0, 1].map(|k| ConvexHull { topology: &topology, points: &points[k] });
+        let (found, exact) = (hull_separation(a, b), separation(&cells[0], &cells[1]));
+        assert!(close(found.distance, exact.distance), "{found:?} {exact:?}");
+        assert!((found.normal - exact.normal).norm() < 1e-9, "{found:?} {exact:?}");
+        assert!(close(found.margin, exact.margin), "{found:?} {exact:?}");
+        match (found.feature, exact.feature) {
+            (
+                HullFeature::Face { of, face, .. },
+                ContactFeature::Face { of: own, face: id, .. },
+            ) => {
+                assert_eq!((of, face), (own, usize::from(id.number())));
+            }
+            (HullFeature::Edges(_), ContactFeature::Edges(_)) => edges += 1,
+            _ => panic!("{found:?} {exact:?}"),
+        }
+    }
+    assert!(edges > 100);
+}
+
+#[test]
+fn the_other_face_of_a_hull_holds_its_deepest_vertex() {
+    // A flat pyramid that stands with its apex on a box: the base points most against the box only
+    // from the other side.
+    let base = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let faces = vec![vec![0, 1, 2, 3], vec![1, 0, 4], vec![2, 1, 4], vec![3, 2, 4], vec![0, 3, 4]];
+    let pyramid = HullTopology::new(faces).unwrap();
+    let mut points: Vec<Vector3<f64>> =
+        base.iter().map(|[x, y]| Vector3::new(*x, *y, 2.0)).collect();
+    points.push(Vector3::new(0.1, 0.2, 0.6));
+    let (topology, ground) = (box_topology(), corners(&cube([0.0; 3])));
+    let found = hull_separation(
+        ConvexHull { topology: &topology, points: &ground },
+        ConvexHull { topology: &pyramid, points: &points },
+    );
+    assert!(close(found.distance, 0.1), "{found:?}");
+    assert_eq!(found.normal, Vector3::z());
+    let HullFeature::Face { of: 0, face: 5, other } = found.feature else { panic!("{found:?}") };
+    assert!(other > 0);
 }

@@ -2,8 +2,8 @@
 //!
 //! [`hex8`] is the element of the paper by Gauss points, the reference of the tests. [`modal`] is
 //! the same stiffness in the form that every loop uses. `lattice` applies it to a lattice of equal
-//! elements, four lattices at a time. [`hexahedron`] and [`polyhedral`] are the elements of blocks
-//! that are no parallelepipeds.
+//! elements, four lattices at a time. [`hexahedron`] is the element of blocks that are no
+//! parallelepipeds.
 
 pub mod elastic;
 pub mod hex8;
@@ -12,7 +12,6 @@ pub mod modal;
 pub mod corotation;
 pub mod hexahedron;
 pub mod lattice;
-pub mod polyhedral;
 mod principal;
 pub mod table;
 

@@ -126,7 +126,8 @@ fn broken_joints(model: &Model, broken_joints: &BrokenJoints) -> Checked {
 fn contacts(model: &Model, contacts: &Contacts, diverged: bool) -> Checked {
     let (n, start) = (model.n_blocks(), model.contacts());
     let sizes = |contacts: &Contacts| [contacts.joints.len(), contacts.travel.len()];
-    expect(sizes(contacts) == sizes(&start), "contacts of another number of blocks")?;
+    let same = sizes(contacts) == sizes(&start) && contacts.bodies == start.bodies;
+    expect(same, "contacts of another number of blocks")?;
     let Contacts { patches, near, travel, .. } = contacts;
     let none = patches.is_empty() && near.is_empty();
     expect(none || model.contact.is_some(), "contacts in a model without contact")?;
@@ -157,16 +158,20 @@ fn is_on(model: &Model, patch: &Patch, diverged: bool) -> bool {
     let sizes = [f64::from(patch.limit), normal, shear].iter().all(|&size| size > 0.0);
     let rest = [thickness, dashpot, patch.energy_reserve].iter().all(|&x| x >= 0.0)
         && friction.is_sound(&model.laws);
-    let faces = patch.faces.iter().all(|&face| face < 6) && patch.reference < 2;
-    let on = |(&block, SurfacePoint { element, on }): (&u32, &SurfacePoint)| {
-        let n = model.geometry.topology(block as usize).divisions();
+    let on = |(&first, point): (&u32, &SurfacePoint)| {
+        let SurfacePoint { part: _, face, element, on } = point;
+        let block = point.block(first);
+        if block >= model.n_blocks() || *face >= 6 {
+            return false;
+        }
+        let n = model.geometry.topology(block).divisions();
         element.iter().all(|&i| usize::from(i) < n)
             && (diverged || on.iter().all(|on| (0.0..=1.0).contains(on)))
     };
     let point = |point: &ContactPoint| {
         patch.blocks.iter().zip(&point.points).all(on) && (diverged || point.pair.area >= 0.0)
     };
-    sizes && rest && faces && patch.points.iter().all(point)
+    sizes && rest && patch.reference < 2 && patch.points.iter().all(point)
 }
 
 /// True if all numbers of a patch are finite and its axes are unit vectors.

@@ -127,7 +127,7 @@ impl Preconditioner {
     ) -> Result<Self, RunError> {
         let couplings: Vec<Coupling> = model.assembly.elements.iter().map(coupling).collect();
         let contact_model = model.contact.as_ref().filter(|_| contact_masses.any);
-        let bonds = bond_bounds(model);
+        let bonds = bond_bounds(model, contact_masses);
         let around = MassContext {
             model,
             couplings: &couplings,
@@ -229,17 +229,17 @@ impl Preconditioner {
     }
 }
 
-/// Upper bounds of the stiffness of joints at each node of parts of cells `[N/m]`, the two sides and
+/// Upper bounds of the stiffness of joints and contacts at each node of parts of cells `[N/m]`, the two sides and
 /// tied nodes together. A matrix `k A w wᵀ` of a point with weights w, whose sizes sum to 2, is at most
 /// the diagonal matrix of `2 k A w`.
-fn bond_bounds(model: &Model) -> Vec<f64> {
+fn bond_bounds(model: &Model, contact_masses: ContactMasses) -> Vec<f64> {
     let Some(contact) = model.contact.as_ref().filter(|_| !model.ties.is_empty()) else {
         return Vec::new();
     };
     let mut bounds = vec![0.0; model.n_nodes()];
-    for (node, [stiffness, _]) in
-        bounds_at_nodes(&model.bonded_patches, &contact.blocks, &model.geometry)
-    {
+    let meets = (contact_masses.any && contact.search).then_some(&contact.surfaces);
+    let bonds = bounds_at_nodes(&model.bonded_patches, meets, &contact.blocks, &model.geometry);
+    for (node, [stiffness, _]) in bonds {
         bounds[node] += 2.0 * stiffness;
     }
     for group in model.geometry.tied() {

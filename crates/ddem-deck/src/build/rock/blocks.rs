@@ -113,30 +113,13 @@ impl RockBlocks<'_> {
             if removed || small == Some(SmallKind::Removed) {
                 continue;
             }
-            match self.rock.complex.parts(cell) {
-                Ok(parts) => self.parts[cell] = parts,
-                Err(vertex) => {
-                    faults.push(self.crowded(cell, vertex));
-                    break;
-                }
-            }
+            self.parts[cell] = self.rock.complex.parts(cell);
         }
         if faults.is_empty() && self.parts.iter().all(Vec::is_empty) {
             let message = "all blocks are removed";
             faults.push(Fault::new(ErrorCode::EmptyModel, "remove", message));
         }
         faults
-    }
-
-    /// Fault of a cell with a corner of more than three edges.
-    fn crowded(&self, cell: usize, vertex: u32) -> Fault {
-        let at = crate::build::geometry::coordinates(self.rock.complex.points()[vertex as usize]);
-        let message = format!(
-            "more than three edges of cell {cell} meet at its corner {at}: such cells cannot be run yet"
-        );
-        let help = "move one of the planes through that point a little";
-        let place = format!("region[{}]", self.region(cell));
-        Fault::new(ErrorCode::NotSupported, place, message).help(help)
     }
 
     /// Fault of regions that share a face, across which no joint is given.
@@ -194,6 +177,10 @@ impl RockBlocks<'_> {
             corners: VTK.map(|corner| part.corners[corner]),
             block: self.rock.blocks[cell],
             cell: cell as u32,
+            vertex: part.vertex,
+            ends: part.ends,
+            faces: part.faces,
+            width: self.rock.properties[cell].width,
             centroid: self.centroid(cell),
             inertia: if scaled { (thin * thin).max(1.0) } else { 1.0 },
         }

@@ -137,7 +137,7 @@ impl RockBlocks<'_> {
     fn faces_of(&self, face: &CommonFace, side: usize) -> Vec<(u32, BlockFace)> {
         let (cell, number) = (face.cells[side] as usize, face.faces[side]);
         let of = |(at, part): (usize, &CellPart)| {
-            let direction = part.faces.iter().position(|&face| face == number)?;
+            let direction = part.faces.iter().position(|&face| face == Some(number))?;
             let block = self.first[cell] + at;
             Some((part.vertex, BlockFace { block, face: FaceId { direction, upper: false } }))
         };

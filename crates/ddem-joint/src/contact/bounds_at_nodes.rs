@@ -1,0 +1,96 @@
+//! Upper bounds of the stiffness that joints and contacts add to the nodes of parts of cells.
+
+use std::collections::BTreeMap;
+
+use super::{BondedPatch, CombinedSurface, ContactBlock, ContactSurfaces};
+use ddem_mechanics::collide::FaceId;
+use ddem_mechanics::law::SpringStiffness;
+use ddem_mesh::{BlockFace, Geometry, quad_points};
+
+/// Stiffness `[N/m]` and dashpot `[N s/m]`, by node.
+type AtNodes = BTreeMap<usize, [f64; 2]>;
+
+/// Upper bounds of the stiffness `[N/m]` and coefficients of the dashpots `[N s/m]` that nonconforming
+/// joints and, with the surfaces of `contacts`, contacts add to nodes. A contact replaces a joint, so
+/// that the larger ones count.
+pub fn bounds_at_nodes(
+    bonded: &[BondedPatch],
+    contacts: Option<&ContactSurfaces>,
+    blocks: &[ContactBlock],
+    geometry: &Geometry,
+) -> Vec<(usize, [f64; 2])> {
+    let mut at_nodes = AtNodes::new();
+    for BondedPatch { patch, .. } in bonded {
+        if patch.blocks.iter().any(|&block| geometry.is_removed(block as usize)) {
+            continue;
+        }
+        let CombinedSurface { stiffness: SpringStiffness { normal, shear }, dashpot, .. } =
+            patch.surface;
+        for side in 0..2 {
+            let block = patch.blocks[side] as usize;
+            let first = geometry.blocks[block].first_node as usize;
+            for point in &patch.points {
+                for (node, weight) in blocks[block].weights(&point.points[side]) {
+                    let area = weight * point.pair.area;
+                    add(&mut at_nodes, first + node, [normal.max(shear) * area, dashpot * area]);
+                }
+            }
+        }
+    }
+    if let Some(surfaces) = contacts {
+        for (node, of_contacts) in at_faces(surfaces, blocks, geometry) {
+            let most = at_nodes.entry(node).or_default();
+            (0..2).for_each(|k| most[k] = most[k].max(of_contacts[k]));
+        }
+    }
+    at_nodes.into_iter().collect()
+}
+
+fn add(at_nodes: &mut AtNodes, node: usize, more: [f64; 2]) {
+    if more != [0.0; 2] {
+        let sum = at_nodes.entry(node).or_default();
+        (0..2).for_each(|k| sum[k] += more[k]);
+    }
+}
+
+/// Contacts on all faces of cells that no joined cell covers.
+fn at_faces(surfaces: &ContactSurfaces, blocks: &[ContactBlock], geometry: &Geometry) -> AtNodes {
+    let mut at_nodes = AtNodes::new();
+    let parts = (0..blocks.len()).filter(|&block| geometry.part(block).is_some());
+    for block in parts.filter(|&block| !geometry.is_removed(block)) {
+        let first = geometry.blocks[block].first_node as usize;
+        let n = geometry.topology(block).divisions();
+        for face in (0..3).map(|direction| FaceId { direction, upper: false }) {
+            let outer = geometry.part(block).and_then(|part| part.faces[face.direction]);
+            if outer.is_none() || is_covered(geometry, BlockFace { block, face }) {
+                continue;
+            }
+            let [stiffness, dashpot] = surfaces.largest_at(block as u32, face);
+            for element in (0..n).flat_map(|k| (0..n).map(move |i| [i, k])) {
+                let nodes = geometry.topology(block).quad(face, element);
+                let corners = blocks[block].part_quad(face, element).map(|(_, x)| x);
+                for (shape, area) in quad_points(&corners) {
+                    for (node, weight) in nodes.into_iter().zip(shape) {
+                        let area = weight * area;
+                        add(&mut at_nodes, first + node, [stiffness * area, dashpot * area]);
+                    }
+                }
+            }
+        }
+    }
+    at_nodes
+}
+
+/// True if a face of a part lies on a joined cell: the node in the middle of the face of its cell is
+/// tied to one of another cell.
+fn is_covered(geometry: &Geometry, BlockFace { block, face }: BlockFace) -> bool {
+    let topology = geometry.topology(block);
+    let n = topology.divisions();
+    let node = geometry.node(block, topology.on_face(face, [n, n])) as u32;
+    let cell = |block: usize| geometry.part(block).map(|part| part.cell);
+    let beyond = |&other: &u32| {
+        let other = geometry.block_of(other as usize);
+        cell(other) != cell(block) && !geometry.is_removed(other)
+    };
+    geometry.ties.with(node).iter().any(beyond)
+}

@@ -1,0 +1,108 @@
+//! Contact of cells, and the factor of safety of a wedge.
+
+use ddem_deck::SafetySearch;
+
+use super::energy::closes;
+use super::incline::{G, rate};
+use super::record::Tolerance::{Absolute, Of, Relative};
+use super::record::{at_most, check, consistent, of};
+use super::shared::{Run, edited, example, run, simulation};
+
+#[test]
+fn cell_slides_over_the_parts_of_another() {
+    let case = of("cells_glide");
+    let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
+    let resisting = G * slope.cos() * friction.tan();
+    let exact = G * slope.sin() - resisting;
+    for divisions in [2, 4] {
+        let text =
+            edited(&example(case.deck), "divisions = 2", &format!("divisions = {divisions}"));
+        let run = run(&text);
+        let late = run.probes.series("block.x").into_iter().filter(|[time, _]| *time >= 0.1);
+        let what = format!("acceleration, {divisions} divisions [m/s²]");
+        check(case, &what, exact, rate(late), Relative(2e-3));
+        let distance = run.last("way.x");
+        let off = run.last("way.z").abs().max(run.last("way.y").abs());
+        let what = format!("off the plane, {divisions} divisions [m]");
+        check(case, &what, 0.0, off, Absolute(1e-3 * distance));
+        let taken = *run.energy.column("friction").last().expect("a row");
+        let mass = 2400.0 * (1.0 + 0.5 * 20_f64.to_radians().tan());
+        let what = format!("taken by friction, {divisions} divisions [J]");
+        check(case, &what, mass * resisting * 0.5 * exact, taken, Relative(1e-2));
+    }
+}
+
+/// Kinetic and strain energy minus the work of loads: largest value and value at the start `[J]`.
+fn free_energy(run: &Run) -> [f64; 2] {
+    let column = |name: &str| run.energy.column(name).to_vec();
+    let [kinetic, bodies, joints, work] =
+        ["kinetic", "strain_bodies", "strain_joints", "external_work"].map(column);
+    let all = (0..kinetic.len()).map(|i| kinetic[i] + bodies[i] + joints[i] - work[i]);
+    [all.clone().fold(0.0, f64::max), all.clone().next().expect("a row")]
+}
+
+#[test]
+fn rebounding_cell_never_rises_higher() {
+    let case = of("cells_toss");
+    for divisions in [2, 4] {
+        let text = example(case.deck).replace("divisions = 2", &format!("divisions = {divisions}"));
+        let run = run(&text);
+        let height = run.probes.column("block.z").iter().copied().fold(0.0, f64::max);
+        let what = format!("height, {divisions} divisions [m]");
+        check(case, &what, 1.0 / (2.0 * G), height, Relative(0.005));
+        let [most, first] = free_energy(&run);
+        let what = format!("energy gained, {divisions} divisions [part]");
+        at_most(case, &what, 1e-9, most / first - 1.0);
+    }
+}
+
+#[test]
+fn falling_prism_moves_like_a_block() {
+    let case = of("cells_meet");
+    let text = example(case.deck);
+    let (from, to) = (text.find("[[region]]"), text.find("[[fix]]"));
+    let (from, to) = (from.expect("regions"), to.expect("a support"));
+    let sets = "[[blocks]]\nname = \"plate\"\norigin = [-1, 0, -0.5]\nsize = [2, 1, 0.5]\nmaterial = \"rock\"\n\
+                divisions = 2\n\n\
+                [[blocks]]\nname = \"prism\"\norigin = [0.3330127019, 0.25, 0.01]\nsize = [0.5, 0.5, 0.5]\n\
+                axes = [[0.5, 0.0, 0.8660254038], [0.0, 1.0, 0.0], [-0.8660254038, 0.0, 0.5]]\n\
+                material = \"rock\"\ndivisions = 2\n\n";
+    let [cells, blocks] =
+        [text.clone(), format!("{}{sets}{}", &text[..from], &text[to..])].map(|text| run(&text));
+    // It has just left the plate.
+    for axis in ["x", "z"] {
+        let column = format!("prism.{axis}");
+        let at = |run: &Run| {
+            let series = run.probes.series(&column);
+            series.into_iter().rev().find(|[time, _]| *time <= 0.05).expect("a row")[1]
+        };
+        consistent(case, &format!("{column} at 0.05 s"), at(&blocks), at(&cells), Of(1.0, 2e-2));
+    }
+    closes(case, "", &cells);
+}
+
+#[test]
+fn wedge_has_the_factor_of_limit_equilibrium() {
+    let case = of("cells_wedge");
+    let text = example(case.deck);
+    let cohesive = edited(
+        &edited(
+            &text,
+            "friction = 45.0",
+            "friction = 30.0\ncohesion = 20e3\nresidual_cohesion = 20e3",
+        ),
+        "divisions = 2",
+        "divisions = 4",
+    );
+    for (what, text, exact) in
+        [("friction, 2 divisions", text, 1.519_047), ("cohesion, 4 divisions", cohesive, 1.651_201)]
+    {
+        let mut simulation = simulation(&text);
+        simulation.relax(1e-6, 20_000).expect("an equilibrium");
+        let search =
+            SafetySearch { bracket: [1.3, 2.0], resolution: 0.005, ..SafetySearch::default() };
+        let found = simulation.factor_of_safety(&search, &|_| {}).expect("a factor");
+        let found = found.factor.expect("a factor within the bracket");
+        check(case, &format!("factor of safety, {what}"), exact, found, Relative(5e-3));
+    }
+}
