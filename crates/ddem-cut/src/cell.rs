@@ -71,14 +71,6 @@ impl ConvexCell {
         self.faces.iter().map(|face| face.corners.len()).sum::<usize>() / 2
     }
 
-    /// Number of its parts: one at each vertex, or pyramids if more than three edges meet at one.
-    #[must_use]
-    pub fn n_parts(&self) -> usize {
-        let vertices = self.vertices().len();
-        // Twice the edges of a polyhedron whose vertices all have three are 3V.
-        if 2 * self.n_edges() == 3 * vertices { vertices } else { 2 * self.n_edges() }
-    }
-
     /// Checks that the faces close to a polyhedron without holes.
     ///
     /// # Errors

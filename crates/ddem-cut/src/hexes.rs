@@ -5,6 +5,9 @@ use nalgebra::Vector3;
 use crate::cell::{CellFace, ConvexCell};
 use crate::complex::CellComplex;
 
+/// Least product of the sines of the angles between the edges at a corner of a hexahedron.
+const LEAST_SINE: f64 = 1e-3;
+
 /// Hexahedra that fill cells. Points of different cells are separate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CellHexes {
@@ -59,8 +62,9 @@ pub(crate) struct FaceCorner {
 
 impl CellComplex {
     /// Hexahedra between each vertex of a cell, the midpoints of its edges, the means of its faces
-    /// and the mean of the cell. If a vertex has more than three edges, the cell is filled by pyramids
-    /// below the parts of its faces instead, as hexahedra with four equal points.
+    /// and the mean of the cell. If a vertex has more than three edges, or a hexahedron would be turned
+    /// inside out, the cell is filled by pyramids below the parts of its faces instead, as hexahedra
+    /// with four equal points.
     #[must_use]
     pub fn hexes(&self) -> CellHexes {
         let mut all = CellHexes::default();
@@ -68,7 +72,8 @@ impl CellComplex {
             let nodes = CellNodes::new(cell, all.points.len() as u32);
             self.add_points(cell, &nodes, &mut all.points);
             let centre = all.points.len() as u32 - 1;
-            all.hexes.extend(cell_hexes(cell, &nodes, centre).into_iter().map(|(_, hex)| hex));
+            let hexes = cell_hexes(cell, &nodes, centre, &all.points);
+            all.hexes.extend(hexes.into_iter().map(|(_, hex)| hex));
             all.cells.resize(all.hexes.len(), number as u32);
         }
         all
@@ -92,26 +97,40 @@ impl CellComplex {
     }
 }
 
-/// Hexahedra of a cell with their vertices; pyramids if a vertex has more than three edges.
+/// Hexahedra of a cell with their vertices; pyramids if a vertex has more than three edges, or if a
+/// hexahedron is turned inside out at a corner. `points` are the positions of all points `[m]`.
 pub(crate) fn cell_hexes(
     cell: &ConvexCell,
     nodes: &CellNodes,
     centre: u32,
+    points: &[Vector3<f64>],
 ) -> Vec<(u32, [u32; 8])> {
-    // Twice the edges of a polyhedron whose vertices all have three are 3V.
-    let three = 2 * nodes.edges.len() == 3 * nodes.vertices.len();
-    let mut hexes = Vec::new();
-    for &vertex in &nodes.vertices {
-        let corners = corners(cell, vertex);
-        match corner_hex(&corners, nodes, vertex, centre).filter(|_| three) {
-            Some(hex) => hexes.push((vertex, hex)),
-            None => {
-                let pyramids = pyramids(&corners, nodes, vertex, centre);
-                hexes.extend(pyramids.into_iter().map(|hex| (vertex, hex)));
-            }
-        }
-    }
-    hexes
+    let at_vertices: Vec<_> =
+        nodes.vertices.iter().map(|&vertex| (vertex, corners(cell, vertex))).collect();
+    let hex = |(vertex, corners): &(u32, Vec<FaceCorner>)| {
+        let hex = corner_hex(corners, nodes, *vertex, centre).filter(|_| corners.len() == 3)?;
+        is_sound(&hex.map(|point| points[point as usize])).then_some((*vertex, hex))
+    };
+    let hexes: Option<Vec<_>> = at_vertices.iter().map(hex).collect();
+    hexes.unwrap_or_else(|| {
+        let of = |(vertex, corners): &(u32, Vec<FaceCorner>)| {
+            let vertex = *vertex;
+            pyramids(corners, nodes, vertex, centre).into_iter().map(move |hex| (vertex, hex))
+        };
+        at_vertices.iter().flat_map(of).collect::<Vec<_>>()
+    })
+}
+
+/// Corners at the ends of the three edges of each corner of a hexahedron in VTK's order, right-handed.
+const BESIDE: [[usize; 3]; 8] =
+    [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]];
+
+/// True if the edges are right-handed at all corners of a hexahedron.
+fn is_sound(corners: &[Vector3<f64>; 8]) -> bool {
+    (0..8).all(|at| {
+        let [a, b, c] = BESIDE[at].map(|end| corners[end] - corners[at]);
+        a.cross(&b).dot(&c) > LEAST_SINE * a.norm() * b.norm() * c.norm()
+    })
 }
 
 /// Parts of the faces at a vertex.

@@ -36,8 +36,9 @@ pub struct CellPart {
 }
 
 impl CellComplex {
-    /// Parts of a cell, in the order of its vertices. If more than three edges meet at one of them,
-    /// all parts are pyramids, whose apex is the mean of the cell.
+    /// Parts of a cell, in the order of its vertices. If more than three edges meet at one of them, or
+    /// a hexahedron would be turned inside out, all parts are pyramids, whose apex is the mean of the
+    /// cell.
     #[must_use]
     pub fn parts(&self, cell: usize) -> Vec<CellPart> {
         let own = &self.cells()[cell];
@@ -65,6 +66,12 @@ impl CellComplex {
                 faces: [7, 5, 2].map(face),
             }
         };
-        cell_hexes(own, &nodes, centre).into_iter().map(part).collect()
+        cell_hexes(own, &nodes, centre, &positions).into_iter().map(part).collect()
+    }
+
+    /// Number of the parts of a cell.
+    #[must_use]
+    pub fn n_parts(&self, cell: usize) -> usize {
+        self.parts(cell).len()
     }
 }

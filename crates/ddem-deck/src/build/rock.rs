@@ -146,8 +146,7 @@ impl CutRock {
             (Some(SmallKind::Removed), _) => 0,
             (Some(SmallKind::Rigid), _) | (_, Body::Rigid) => 1,
             (Some(SmallKind::Scaled) | None, Body::Deformable) => {
-                let parts = self.complex.cells()[cell].n_parts();
-                parts * (region.divisions as usize / 2).pow(3)
+                self.complex.n_parts(cell) * (region.divisions as usize / 2).pow(3)
             }
         }
     }

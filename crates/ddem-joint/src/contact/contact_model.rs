@@ -56,7 +56,7 @@ impl ContactModel {
     /// First block of the cell of each block; empty without cells.
     #[must_use]
     pub fn bodies(&self) -> Vec<u32> {
-        if self.blocks.iter().all(|block| block.cell.is_none()) {
+        if !self.blocks.iter().any(ContactBlock::is_part) {
             return Vec::new();
         }
         let numbered = self.blocks.iter().enumerate();

@@ -18,6 +18,7 @@
 //! | `patch_builder`, `clipped`, `side` | pairs of points of a patch, on faces and edges |
 //! | `meeting` | separation of two bodies and the features in contact |
 //! | `cells` | cells of several blocks as bodies |
+//! | `patch` | points, axes and forces of a patch |
 //! | `matched` | pairs of two faces with equal corners |
 //! | `history` | transfer of history from old points to new ones |
 //! | `forces` | forces of the points |
@@ -41,6 +42,7 @@ mod history_transfer;
 mod joined_cells;
 mod matched;
 mod meeting;
+mod patch;
 mod patch_builder;
 mod release;
 mod search;
@@ -48,10 +50,9 @@ mod side;
 mod surfaces;
 mod warnings;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
 use super::point::JointPoint;
-use ddem_mechanics::law::Traction;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::{SurfacePoint, Vec3};
@@ -333,95 +334,4 @@ impl ContactPoint {
     fn depth(&self) -> f64 {
         -(self.pair.state.gap + self.pair.state.applied_dilation)
     }
-}
-
-impl Patch {
-    /// Energy in the springs and the reserve `[J]`.
-    fn stored(&self) -> f64 {
-        let [normal, shear] = self.spring_energies(&[]);
-        normal + shear + self.reserve()
-    }
-
-    /// Shortest element edge of the two blocks `[m]`.
-    fn spacing(&self, configuration: &Configuration<'_>) -> f64 {
-        let [a, b] = self.blocks.map(|block| configuration.blocks[block as usize].spacing);
-        a.min(b)
-    }
-
-    /// Numbers of the blocks of a body with points, after its first block, which is always one of
-    /// them.
-    fn parts(&self, side: usize) -> impl Iterator<Item = u16> + use<> {
-        let first = Some(0).into_iter();
-        let points = self.points.iter().map(|point| point.points[side].part);
-        let mut others: Vec<u16> = points.filter(|&part| part != 0).collect();
-        others.sort_unstable();
-        others.dedup();
-        first.chain(others)
-    }
-
-    /// True if some points are on other blocks than the first ones of the two bodies.
-    pub(super) fn is_of_parts(&self) -> bool {
-        self.points.iter().flat_map(|point| &point.points).any(|point| point.part != 0)
-    }
-
-    /// Largest penetration of its points `[m]`.
-    pub fn depth(&self) -> f64 {
-        self.points.iter().map(ContactPoint::depth).fold(0.0, f64::max)
-    }
-
-    /// Pairs of points.
-    pub(super) fn pairs(&self) -> impl Iterator<Item = &JointPoint> {
-        self.points.iter().map(|point| &point.pair)
-    }
-
-    /// True if a point may exert a force.
-    #[inline]
-    pub fn may_carry_force(&self, point: &ContactPoint) -> bool {
-        let state = &point.pair.state;
-        state.gap <= 0.0 || state.added_tractions != [0.0; 2] || self.bond.is_some()
-    }
-
-    /// Force of a point on block a `[N]`.
-    #[inline(always)]
-    pub fn force(&self, point: &ContactPoint) -> Vec3 {
-        let [normal, along] = &self.axes_now;
-        let Traction { normal: t_n, shear } = point.pair.state.total_traction();
-        let across = normal.cross(along);
-        (normal * t_n + along * shear.x + across * shear.y) * point.pair.area
-    }
-
-    /// Area of all points `[m²]`.
-    fn area(&self) -> f64 {
-        self.pairs().map(|pair| pair.area).sum()
-    }
-
-    /// Reference block, with which the normal rotates, and the other block.
-    pub(super) fn order(&self) -> [usize; 2] {
-        let [a, b] = self.blocks.map(|block| block as usize);
-        if self.reference == 0 { [a, b] } else { [b, a] }
-    }
-
-    /// Rotates the axes with the reference block.
-    fn update_axes(&mut self, configuration: &Configuration<'_>) {
-        self.axes_now = self.present_axes(configuration);
-    }
-
-    fn present_axes(&self, configuration: &Configuration<'_>) -> [Vec3; 2] {
-        let rotation = configuration.rotation(self.order()[0]);
-        self.axes.map(|axis| rotation * axis)
-    }
-
-    /// Normal and two tangents in space as columns, from the last update of the axes.
-    pub fn frame(&self) -> Matrix3<f64> {
-        columns(self.axes_now)
-    }
-
-    /// Columns of the axes in the present configuration.
-    fn present_frame(&self, configuration: &Configuration<'_>) -> Matrix3<f64> {
-        columns(self.present_axes(configuration))
-    }
-}
-
-fn columns([normal, along]: [Vec3; 2]) -> Matrix3<f64> {
-    Matrix3::from_columns(&[normal, along, normal.cross(&along)])
 }
