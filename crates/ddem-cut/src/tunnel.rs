@@ -1,5 +1,7 @@
 //! Tunnels: an outline along a straight axis.
 
+use std::collections::BTreeMap;
+
 use nalgebra::Vector3;
 
 use crate::cell::CellFace;
@@ -62,6 +64,30 @@ impl Tunnel {
             part.planes().iter().all(|(normal, offset)| normal.dot(x) <= *offset)
         };
         self.parts.iter().any(inside)
+    }
+
+    /// Corners of the triangles of the surface, counter-clockwise seen from outside `[m]`.
+    #[must_use]
+    pub fn triangles(&self) -> Vec<[Vector3<f64>; 3]> {
+        let bits = |x: &Vector3<f64>| [x.x, x.y, x.z].map(f64::to_bits);
+        let key = |face: &[Vector3<f64>]| {
+            let mut key: Vec<[u64; 3]> = face.iter().map(bits).collect();
+            key.sort_unstable();
+            key
+        };
+        let corners = |part: &Polyhedron| {
+            let of = |face: &Vec<usize>| face.iter().map(|&i| part.points[i]).collect::<Vec<_>>();
+            part.faces.iter().map(of).collect::<Vec<_>>()
+        };
+        let faces: Vec<Vec<Vector3<f64>>> = self.parts.iter().flat_map(corners).collect();
+        let mut counts = BTreeMap::new();
+        faces.iter().for_each(|face| *counts.entry(key(face)).or_insert(0) += 1);
+        // A face that two parts share is inside.
+        let outer = faces.iter().filter(|face| counts[&key(face)] == 1);
+        let fan = |face: &Vec<Vector3<f64>>| {
+            (2..face.len()).map(|i| [face[0], face[i - 1], face[i]]).collect::<Vec<_>>()
+        };
+        outer.flat_map(fan).collect()
     }
 
     /// True if a convex cell reaches into the tunnel by more than `margin`.

@@ -62,7 +62,7 @@ impl BuiltDeck {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        Self::build(deck).map_err(|faults| ModelError { faults })
+        Self::build(&deck.with_tunnels()).map_err(|faults| ModelError { faults })
     }
 
     /// A new model of the problem.

@@ -2,6 +2,7 @@
 
 mod blocks;
 mod cuts;
+mod inside;
 mod joints;
 mod shape;
 
@@ -42,6 +43,10 @@ impl Deck {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
+        self.with_tunnels().cut_checked()
+    }
+
+    fn cut_checked(&self) -> Result<CutRock, ModelError> {
         let mut shapes = Vec::new();
         for (number, region) in self.region.iter().enumerate() {
             shapes.push(parts(region).map_err(|(key, error)| {

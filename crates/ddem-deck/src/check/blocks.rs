@@ -322,7 +322,7 @@ fn axes(at: &str, set: &BlockSet, faults: &mut Faults) {
 fn changes(deck: &Deck, faults: &mut Faults) {
     for (i, assign) in deck.assign.iter().enumerate() {
         let at = format!("assign[{i}]");
-        let of = if assign.material.is_some() { Selected::Blocks } else { Selected::Faces };
+        let of = if assign.material.is_some() { Selected::Blocks } else { Selected::Joints };
         selector(deck, &format!("{at}.where"), (&assign.r#where, of), faults);
         if assign.joint.is_none() && assign.material.is_none() {
             let message = "the entry assigns nothing: it needs `joint` or `material`";

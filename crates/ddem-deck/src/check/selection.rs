@@ -1,12 +1,18 @@
 //! Checks of each `where`.
 
 use super::{ErrorCode, Faults, NameFaults, Rule, shown};
-use crate::schema::{Deck, Extent, Heights, Plane, Sheet, Triangles, Where};
+use crate::schema::{Deck, Extent, Heights, Plane, RockCut, Sheet, Triangles, TunnelCut, Where};
 use ddem_core::problem::Set;
+use ddem_cut::Compass;
+
+/// Length of the difference of two unit vectors below which they are one direction.
+const SAME_NORTH: f64 = 1e-9;
 
 /// Kind of things that a `where` selects.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Selected {
+    /// Joints alone.
+    Joints,
     /// Joints or outer faces, which have an orientation.
     Faces,
     Nodes,
@@ -25,7 +31,43 @@ impl Where {
 
 /// Checks a `where` of a deck.
 pub(super) fn selector(deck: &Deck, at: &str, selector: (&Where, Selected), faults: &mut Faults) {
-    in_sets(deck.set_names().into_iter(), at, selector, faults);
+    let (region, of) = selector;
+    let tunnel = region.inside.as_ref().and_then(|file| deck.tunnel(&file.path));
+    let without_tunnel = tunnel.map(|_| Where { inside: None, ..region.clone() });
+    let region = (without_tunnel.as_ref().unwrap_or(region), of);
+    in_sets(deck.set_names().into_iter(), at, region, faults);
+    if let Some(tunnel) = tunnel {
+        shaft(deck, &format!("{at}.inside"), tunnel, faults);
+    }
+    let Some(name) = region.0.cut.as_ref().filter(|_| of == Selected::Joints) else { return };
+    let (place, named) = (format!("{at}.cut"), |cut: &RockCut| cut.name.as_ref() == Some(name));
+    match deck.cut.iter().find(|cut| named(cut)) {
+        Some(cut) if cut.join => {
+            let message = format!("cut `{name}` has no joints: it has `join = true`");
+            let help = "select by ranges or shapes, as in `where = { z = [5, 30] }`";
+            faults.add_help(ErrorCode::EmptySelection, place, message, help);
+        }
+        Some(_) => {}
+        None => {
+            let known = deck.cut.iter().filter_map(|cut| cut.name.as_deref());
+            faults.reference(place, name, known, ("cut", "`name = …` in `[[cut]]`"));
+        }
+    }
+}
+
+/// Checks that the outline of a shaft has the same direction in all regions.
+fn shaft(deck: &Deck, place: &str, tunnel: &TunnelCut, faults: &mut Faults) {
+    let vertical = (0..2).all(|k| tunnel.from[k] == tunnel.to[k]);
+    let norths = || deck.region.iter().filter_map(|region| Compass::new(region.north.into()));
+    let first = norths().next();
+    let other = norths().any(|compass| {
+        first.is_some_and(|first| (first.north() - compass.north()).norm() > SAME_NORTH)
+    });
+    if vertical && other {
+        let message = "a shaft has different directions in regions of different `north`";
+        let help = "give all regions one `north`, or select the shaft by a range or a `cylinder`";
+        faults.add_help(ErrorCode::NotSupported, place, message, help);
+    }
 }
 
 /// Checks a `where` in a model whose sets have these names.
@@ -63,6 +105,14 @@ fn in_sets<'a>(
         surface(&format!("{at}.inside"), (&file.path, file.content.as_deref()), faults);
     }
     orientation(at, selector, of, faults);
+    if selector.cut.is_some() && of != Selected::Joints {
+        faults.add_help(
+            ErrorCode::IneffectiveKey,
+            format!("{at}.cut"),
+            "`cut` selects joints, which only `[[assign]]` with `joint` alone takes",
+            "select by ranges or shapes, as in `where = { z = [5, 30] }`",
+        );
+    }
     if let Some(set) = &selector.set {
         faults.reference(
             format!("{at}.set"),
@@ -194,13 +244,13 @@ fn orientation(at: &str, selector: &Where, of: Selected, faults: &mut Faults) {
     ];
     let Some((first, _)) = keys.into_iter().find(|(_, given)| *given) else { return };
     let what = match of {
-        Selected::Faces if selector.dip.is_none() => {
+        Selected::Faces | Selected::Joints if selector.dip.is_none() => {
             let message = format!("`{first}` needs `dip`");
             let help = "a set of joints has `dip`, and `dip_direction` where it is not level";
             faults.add_help(ErrorCode::MissingKey, format!("{at}.{first}"), message, help);
             return;
         }
-        Selected::Faces => return,
+        Selected::Faces | Selected::Joints => return,
         Selected::Nodes => "nodes",
         Selected::Blocks => "blocks",
     };

@@ -6,7 +6,7 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::schema::{Deck, FileIn, FileOf, Heights, Triangles};
+use crate::schema::{Deck, FileIn, FileOf, Heights, Triangles, names};
 use ddem_core::{ErrorCode, Fault, ModelError};
 
 use crate::near::near;
@@ -15,6 +15,7 @@ use crate::near::near;
 const MOST_POINTS: usize = 100_000_000;
 
 /// Reads the files that a deck names and that have not been read; paths are relative to `folder`.
+/// Surfaces with the name of a tunnel of the deck are those of the tunnel.
 ///
 /// # Errors
 ///
@@ -22,10 +23,14 @@ const MOST_POINTS: usize = 100_000_000;
 pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
     let (mut surfaces, mut grids) = (BTreeMap::new(), BTreeMap::new());
     let mut faults = Vec::new();
+    deck.fill_tunnels();
+    let cuts = names_of_cuts(deck);
     for (place, selector) in deck.selectors_mut() {
         for (key, file) in selector.files_mut() {
             let wrong = match file {
-                FileIn::Triangles(file) => fill(file, folder, &mut surfaces, triangles),
+                FileIn::Triangles(file) if cuts.get(&file.path) == Some(&true) => Ok(()),
+                FileIn::Triangles(file) => fill(file, folder, &mut surfaces, triangles)
+                    .map_err(|fault| maybe_tunnel(fault, &file.path, &cuts)),
                 FileIn::Heights(file) => fill(file, folder, &mut grids, heights),
             };
             faults.extend(wrong.err().map(|mut fault| {
@@ -37,12 +42,39 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
     if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
 }
 
+/// Names of the cuts of a deck, each with true for a tunnel.
+fn names_of_cuts(deck: &Deck) -> BTreeMap<String, bool> {
+    let named = deck.cut.iter().filter_map(|cut| Some((cut.name.clone()?, cut.tunnel.is_some())));
+    named.collect()
+}
+
+/// Fault of a file that cannot be read, if its path may be the name of a cut.
+fn maybe_tunnel(fault: Fault, path: &str, cuts: &BTreeMap<String, bool>) -> Fault {
+    if cuts.contains_key(path) {
+        let message = format!("`{path}` is neither a tunnel nor a file that can be read");
+        let help =
+            "a cut has an inside if it is a `tunnel`; `cut = …` selects the joints of any cut";
+        return Fault::new(fault.code, fault.place, message).help(help);
+    }
+    let tunnels = || cuts.iter().filter(|(_, tunnel)| **tunnel).map(|(name, _)| name.as_str());
+    let near = names::nearest(path, tunnels());
+    match near {
+        Some(near) => {
+            let all = names::list(tunnels());
+            fault.help(format!("did you mean `{near}`? tunnels of this deck: {all}"))
+        }
+        None => fault,
+    }
+}
+
 /// Changes the paths of the files that a deck names from relative to `folder` to relative to the
 /// working directory of the program.
 pub fn join_paths(deck: &mut Deck, folder: &Path) {
+    let cuts = names_of_cuts(deck);
     for (_, selector) in deck.selectors_mut() {
         for (_, file) in selector.files_mut() {
             let path = match file {
+                FileIn::Triangles(file) if cuts.get(&file.path) == Some(&true) => continue,
                 FileIn::Triangles(file) => &mut file.path,
                 FileIn::Heights(file) => &mut file.path,
             };

@@ -37,8 +37,8 @@ pub struct Where {
     /// Half-space below a level z, a plane, or a topography; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub below: Option<Sheet>,
-    /// Inside of the closed surface of an STL file, whose path is relative to the folder of the
-    /// deck; default none.
+    /// Inside of a tunnel, by the name of its cut, or of the closed surface of an STL file,
+    /// whose path is relative to the folder of the deck; default none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub inside: Option<FileOf<Triangles>>,
     /// Side of a set along its own edges, `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"` or `"z+"`; default
@@ -56,6 +56,9 @@ pub struct Where {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schemars(extend("default" = WITHIN))]
     pub within: Option<f64>,
+    /// Name of a cut: joints that it made; default any.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cut: Option<String>,
     /// Name of a set of blocks; default all sets.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub set: Option<String>,

@@ -37,7 +37,7 @@ fn headers_keys_and_tables_become_python() {
     ] {
         assert_eq!(python::place(deck), script);
     }
-    assert_eq!(python::list("keys here: `where`, `axes`").matches('`').count(), 2 * 15);
+    assert_eq!(python::list("keys here: `where`, `axes`").matches('`').count(), 2 * 16);
     let help = "`contact = true` lets them meet";
     let warning = Diagnostic::warning(Code::SetsNotInContact, "model.contact", "`[[fix]]`", help);
     let warning = python::warning(&warning);

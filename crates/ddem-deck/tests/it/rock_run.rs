@@ -244,3 +244,110 @@ fn wrong_geometries_of_regions() {
     ));
     insta::assert_snapshot!(found.join("\n"));
 }
+
+/// A tunnel through the cuts of the deck, which leaves the rock whole.
+const TUNNEL: &str = "
+[[cut]]
+name = 'drift'
+tunnel = { outline = [[-0.5, 0], [0.5, 0], [0.5, 0.6], [0, 0.9], [-0.5, 0.6]], from = [2, 0, 0.6], to = [2, 3, 0.6] }
+join = true
+";
+/// Volume of that tunnel `[m³]`: a rectangle and a triangle, 3 m long.
+const DRIFT: f64 = 3.0 * (0.6 + 0.15);
+
+/// Deck whose plane cuts and tunnel have names.
+fn named(more: &str) -> String {
+    let cuts = CUTS.replacen("[[cut]]", "[[cut]]\nname = 'fault'", 1);
+    format!("{HEAD}{BOX}{cuts}{TUNNEL}{REST}{more}")
+}
+
+#[test]
+fn the_inside_of_a_tunnel_has_its_volume() {
+    let dug = named("[[remove]]\nwhere = { inside = 'drift' }\nfrom = 'dig'");
+    let mut simulation = Simulation::new(built(&dug).model());
+    let left = |simulation: &Simulation| -> f64 {
+        let model = simulation.model();
+        let there = (0..model.n_blocks()).filter(|&block| !model.is_removed(block));
+        there.map(|block| model.volume(block)).sum()
+    };
+    simulation.enter(0).unwrap();
+    assert!((left(&simulation) - 24.0).abs() < 1e-12);
+    simulation.enter(1).unwrap();
+    assert!((left(&simulation) - (24.0 - DRIFT)).abs() < 1e-12);
+    let never = built(&named("[[remove]]\nwhere = { inside = 'drift' }")).model();
+    assert!((never.volumes()[0] - (24.0 - DRIFT)).abs() < 1e-12);
+    let soft = built(&named("[[assign]]\nmaterial = 'soil'\nwhere = { inside = 'drift' }")).model();
+    let soil = (0..soft.n_blocks()).filter(|&block| soft.material(block) == 1);
+    assert!((soil.map(|block| soft.volume(block)).sum::<f64>() - DRIFT).abs() < 1e-12);
+}
+
+/// A deck of a program has no surface of the tunnel in it; a shaft counts its outline from the north.
+#[test]
+fn tunnels_are_known_by_name_without_files() {
+    let text = named("[[remove]]\nwhere = { inside = 'drift' }")
+        .replace("from = [2, 0, 0.6], to = [2, 3, 0.6]", "from = [2, 1.2, 0], to = [2, 1.2, 2]")
+        .replace("material = 'granite'\n\n", "material = 'granite'\nnorth = [1, 0, 0]\n\n");
+    let mut read = deck(&text);
+    let left = 24.0 - 2.0 * DRIFT / 3.0;
+    assert!((BuiltDeck::new(&read).unwrap().model().volumes()[0] - left).abs() < 1e-12);
+    read.remove[0].r#where.inside = Some(ddem_deck::FileOf::new("drift"));
+    assert!((BuiltDeck::new(&read).unwrap().model().volumes()[0] - left).abs() < 1e-12);
+    read.cut.last_mut().unwrap().r#where.inside = Some(ddem_deck::FileOf::new("drift"));
+    assert!(read.cut_regions().unwrap().properties.len() > 4);
+}
+
+#[test]
+fn the_name_of_a_cut_selects_its_joints() {
+    let area = |text: &str| {
+        let model = built(text).model();
+        let joints = model.geometry().joined().filter(|joint| joint.joint == 0);
+        joints.map(|joint| joint.area).sum::<f64>()
+    };
+    let text = named("[[assign]]\njoint = 'major'\nwhere = { cut = 'fault' }");
+    let rock = deck(&text).cut_regions().unwrap();
+    let of_fault = |face: &&ddem_cut::CommonFace| {
+        let plane = &rock.complex.planes()[face.plane as usize];
+        plane.source == ddem_cut::PlaneSource::Cut(0)
+    };
+    let face = |common: &ddem_cut::CommonFace| {
+        let cell = &rock.complex.cells()[common.cells[0] as usize];
+        cell.faces[common.faces[0] as usize].area(rock.complex.points()).norm()
+    };
+    // A plane of 3 m by 2 m that dips at 60°.
+    let exact = 6.0 / 60_f64.to_radians().sin();
+    let all: f64 = rock.common.iter().filter(of_fault).map(face).sum();
+    assert!((all - exact).abs() < 1e-12 * exact, "{all} {exact}");
+    assert!((area(&text) - exact).abs() < 1e-12 * exact, "{}", area(&text));
+    let part = area(&text.replace("cut = 'fault'", "cut = 'fault', z = [1, 2]"));
+    assert!(part > 0.0 && part < 0.9 * exact, "{part}");
+}
+
+#[test]
+fn wrong_names_of_cuts() {
+    let mut found = Vec::new();
+    for (section, region) in [
+        ("assign]]\njoint = 'major'", "cut = 'fualt'"),
+        ("assign]]\njoint = 'major'", "cut = 'drift'"),
+        ("assign]]\njoint = 'major'\nmaterial = 'soil'", "cut = 'fault'"),
+        ("remove]]", "cut = 'fault'"),
+        ("remove]]", "inside = 'drfit'"),
+        ("remove]]", "inside = 'fault'"),
+        ("remove]]", "inside = 'elsewhere'"),
+    ] {
+        let text = named(&format!("[[{section}\nwhere = {{ {region} }}"));
+        found.extend(match parse(&text, "deck.toml") {
+            Ok(_) => messages(&text),
+            Err(error) => error.findings().iter().map(|one| one.fault.to_string()).collect(),
+        });
+    }
+    let unnamed = named("[[assign]]\njoint = 'major'\nwhere = { cut = 'fault' }");
+    let unnamed = unnamed.replace("name = 'fault'\n", "").replace("name = 'drift'\n", "");
+    found.extend(messages(&unnamed));
+    let shaft = named("[[remove]]\nwhere = { inside = 'drift' }")
+        .replace("from = [2, 0, 0.6], to = [2, 3, 0.6]", "from = [2, 1.2, 0], to = [2, 1.2, 2]");
+    let other = "[[region]]\nnorth = [1, 0, 0]\nbox = { from = [9, 0, 0], to = [10, 1, 1] }\nmaterial = 'soil'\n";
+    found.extend(messages(&shaft.replacen("[[cut]]", &format!("{other}[[cut]]"), 1)));
+    let broken = named("[[remove]]\nwhere = { inside = 'drift' }").replace("[0.5, 0], ", "");
+    found.extend(messages(&broken.replace("[0.5, 0.6], [0, 0.9], [-0.5, 0.6]", "[0, 0]")));
+    insta::assert_snapshot!(found.join("\n"));
+}

@@ -74,6 +74,7 @@ class Where(TypedDict, total=False):
     dip: float
     dip_direction: float
     within: float
+    cut: str
     set: str
     # end
 

@@ -52,7 +52,10 @@ impl RockBlocks<'_> {
                 for (at, (_, other, selector)) in assigned.iter().enumerate() {
                     let in_set =
                         face.cells.iter().any(|&c| selector.has_set(self.region(c as usize)));
-                    if in_set && selector.contains_face(&centre, &normal) {
+                    if in_set
+                        && self.of_cut(assigned[at].0, number)
+                        && selector.contains_face(&centre, &normal)
+                    {
                         (joint, used[at]) = (*other, true);
                     }
                 }
@@ -68,6 +71,12 @@ impl RockBlocks<'_> {
             .collect();
         joints.sort_by_key(|joint: &NonconformingJoint| joint.blocks);
         if faults.is_empty() { Ok(joints) } else { Err(faults) }
+    }
+
+    /// True if an `assign` selects the joints of a cut.
+    fn of_cut(&self, entry: usize, cut: u32) -> bool {
+        let name = self.deck.assign[entry].r#where.cut.as_ref();
+        name.is_none_or(|name| self.deck.cut[cut as usize].name.as_ref() == Some(name))
     }
 
     /// Number of the joint that holds joined cells of a region where their nodes do not match. Such
