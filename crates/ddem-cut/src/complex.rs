@@ -1,13 +1,15 @@
 //! All cells of a model, with shared points and planes.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeMap, HashMap, VecDeque};
 
 use nalgebra::Vector3;
 
 use crate::cell::{CellFace, ConvexCell};
+use crate::fracture::Fracture;
 use crate::measure::{self, CellProperties};
 use crate::plane::{CutPlane, PlaneSource};
 use crate::polyhedron::Polyhedron;
+use crate::random::RandomStream;
 use crate::split;
 use crate::tree::{AxisBox, CellTree};
 use crate::tunnel::Tunnel;
@@ -29,6 +31,28 @@ pub struct CellComplex {
     tolerance: f64,
     /// Number of times that rounding errors kept a cell whole.
     n_uncut: usize,
+    /// Fractures of finite size, by the number of their plane.
+    pub(crate) fractures: BTreeMap<u32, Fracture>,
+}
+
+/// Decision about a cell that a plane crosses.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum CellCut {
+    Cut,
+    /// A cut whose faces are bridges of rock.
+    Bridge,
+    Leave,
+}
+
+/// State of a cut from plane to plane.
+#[derive(Debug, Default)]
+pub(crate) struct Cutting {
+    /// Flags of the cells that may be divided.
+    allowed: Vec<bool>,
+    pub(crate) count: CutCount,
+    sides: PointSides,
+    /// Nodes and cells that the present plane meets.
+    met: Vec<(u32, u32)>,
 }
 
 /// Effect of a cut.
@@ -67,6 +91,7 @@ impl CellComplex {
             tree: CellTree::default(),
             tolerance: ON_PLANE * diagonal,
             n_uncut: 0,
+            fractures: BTreeMap::new(),
         };
         let mut known = HashMap::new();
         let mut sides = HashMap::new();
@@ -170,56 +195,99 @@ impl CellComplex {
     ///
     /// Planes given in order across the rock are halved in turn, which keeps the tree of boxes flat.
     pub fn cut(&mut self, planes: &[CutPlane], allowed: Vec<bool>) -> CutCount {
-        self.cut_where(planes, allowed, |_, _| true)
+        self.cut_where(planes, allowed, |_, _| CellCut::Cut)
+    }
+
+    /// Cuts a share of the cells that planes cross. Other cells stay whole, or with `bridges` they are
+    /// cut, too, and their new faces are bridges.
+    pub fn cut_persistent(
+        &mut self,
+        planes: &[CutPlane],
+        allowed: Vec<bool>,
+        (persistence, bridges): (f64, bool),
+        mut numbers: RandomStream,
+    ) -> CutCount {
+        let rest = if bridges { CellCut::Bridge } else { CellCut::Leave };
+        self.cut_where(planes, allowed, |_, _| {
+            if numbers.uniform() < persistence { CellCut::Cut } else { rest }
+        })
     }
 
     /// Cuts the cells that a tunnel touches, by the planes of its sides and ends.
     pub fn cut_tunnel(&mut self, tunnel: &Tunnel, allowed: Vec<bool>) -> CutCount {
         let margin = 10.0 * self.tolerance;
         self.cut_where(&tunnel.planes, allowed, |complex, cell| {
-            tunnel.touches(&complex.points, &complex.cells[cell].faces, margin)
+            let touched = tunnel.touches(&complex.points, &complex.cells[cell].faces, margin);
+            if touched { CellCut::Cut } else { CellCut::Leave }
         })
     }
 
     fn cut_where(
         &mut self,
         planes: &[CutPlane],
-        mut allowed: Vec<bool>,
-        condition: impl Fn(&Self, usize) -> bool,
+        allowed: Vec<bool>,
+        mut decide: impl FnMut(&Self, usize) -> CellCut,
     ) -> CutCount {
-        allowed.resize(self.cells.len(), false);
-        let mut count = CutCount::default();
-        let mut sides = PointSides::default();
-        let mut met = Vec::new();
+        let mut cutting = self.cutting(allowed);
         for i in halving_order(planes.len()) {
-            let before = count.divisions;
-            self.planes.push(planes[i]);
-            let mut crossings = HashMap::new();
-            sides.turn += 1;
-            self.tree.met(&planes[i], self.tolerance, &mut met);
-            for &(node, cell) in &met {
-                let wanted = allowed[cell as usize]
-                    && self.straddles(cell as usize, &mut sides)
-                    && condition(self, cell as usize);
-                if wanted && self.divide(node, cell, &mut sides, &mut crossings) {
-                    allowed.push(true);
-                    count.divisions += 1;
-                }
-                if self.cells.len() > MOST_CELLS {
-                    return CutCount { too_many: true, ..count };
-                }
-            }
-            // A number without faces would only take memory.
-            if count.divisions == before {
-                self.planes.pop();
+            self.cut_one(&planes[i], None, &mut cutting, &mut decide);
+            if cutting.count.too_many {
+                break;
             }
         }
-        count
+        cutting.count
     }
 
-    /// True if a cell has points on both sides of the last plane.
-    fn straddles(&self, cell: usize, sides: &mut PointSides) -> bool {
-        let Some(equation) = self.planes.last() else { return false };
+    /// State of a cut that may divide the cells with these flags.
+    pub(crate) fn cutting(&self, mut allowed: Vec<bool>) -> Cutting {
+        allowed.resize(self.cells.len(), false);
+        Cutting { allowed, ..Cutting::default() }
+    }
+
+    /// Cuts cells by one plane, or only those that meet a box around its `part`.
+    pub(crate) fn cut_one(
+        &mut self,
+        plane: &CutPlane,
+        part: Option<&AxisBox>,
+        cutting: &mut Cutting,
+        decide: &mut impl FnMut(&Self, usize) -> CellCut,
+    ) {
+        let Cutting { allowed, count, sides, met } = cutting;
+        let (number, before) = (self.planes.len() as u32, count.divisions);
+        self.planes.push(*plane);
+        let mut bridge = None;
+        let mut crossings = HashMap::new();
+        sides.turn += 1;
+        self.tree.met((plane, part), self.tolerance, met);
+        for &(node, cell) in &*met {
+            if !allowed[cell as usize] || !self.straddles(cell as usize, plane, sides) {
+                continue;
+            }
+            let number = match decide(self, cell as usize) {
+                CellCut::Leave => continue,
+                CellCut::Cut => number,
+                CellCut::Bridge => *bridge.get_or_insert_with(|| {
+                    self.planes.push(plane.bridge());
+                    self.planes.len() as u32 - 1
+                }),
+            };
+            if self.divide((node, cell), number, sides, &mut crossings) {
+                allowed.push(true);
+                count.divisions += 1;
+            }
+            if self.cells.len() > MOST_CELLS {
+                count.too_many = true;
+                return;
+            }
+        }
+        // A number without faces would only take memory.
+        if count.divisions == before {
+            self.planes.truncate(number as usize);
+        }
+    }
+
+    /// True if a cell has points on both sides of a plane.
+    fn straddles(&self, cell: usize, equation: &CutPlane, sides: &mut PointSides) -> bool {
         let (mut below, mut above) = (false, false);
         for &corner in self.cells[cell].faces.iter().flat_map(|face| &face.corners) {
             let side = sides.decide(corner, || {
@@ -231,15 +299,14 @@ impl CellComplex {
         below && above
     }
 
-    /// Divides a cell by the last plane; false if it stays whole.
+    /// Divides a cell by a plane; false if it stays whole.
     fn divide(
         &mut self,
-        node: u32,
-        cell: u32,
+        (node, cell): (u32, u32),
+        plane: u32,
         sides: &mut PointSides,
         crossings: &mut HashMap<(u32, u32), u32>,
     ) -> bool {
-        let plane = self.planes.len() as u32 - 1;
         let (points, known) = (&mut self.points, &*sides);
         let old = &self.cells[cell as usize];
         let halves = split::split(
@@ -281,7 +348,7 @@ impl CellComplex {
         let mut cuts: Vec<u32> = sources
             .filter_map(|source| match source {
                 PlaneSource::Region => None,
-                PlaneSource::Cut(cut) => Some(cut),
+                PlaneSource::Cut(cut) | PlaneSource::Bridge(cut) => Some(cut),
             })
             .collect();
         cuts.sort_unstable();

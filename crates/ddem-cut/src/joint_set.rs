@@ -9,6 +9,10 @@ use crate::random::{RandomStream, fisher_cosine};
 /// be missing if it starts far outside of the region.
 const RARE: f64 = 0.01;
 
+/// Number of the stream of the gap around the origin for the first cut. Lower ones belong to the
+/// sides of the origin.
+const GAP_STREAM: u64 = 1 << 40;
+
 /// Set of joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JointSet {
@@ -18,7 +22,8 @@ pub struct JointSet {
     pub fisher: Option<f64>,
     /// Distances between planes along the mean normal.
     pub spacing: Spacing,
-    /// Point on the first plane `[m]`.
+    /// Point on the first plane, or for exponential distances on the line along which they count
+    /// `[m]`.
     pub origin: Vector3<f64>,
 }
 
@@ -106,12 +111,20 @@ impl JointSet {
     #[must_use]
     pub fn expected(&self, corners: &[Vector3<f64>]) -> f64 {
         let [low, high] = self.range(corners);
-        1.0 + (high.max(0.0) - low.min(0.0)) / self.spacing.mean()
+        1.0 + (high - low) / self.spacing.mean()
+    }
+
+    /// Number of planes to expect between the origin and the far end of a body.
+    #[must_use]
+    pub fn from_origin(&self, corners: &[Vector3<f64>]) -> f64 {
+        let [low, high] = self.range(corners);
+        low.abs().max(high.abs()) / self.spacing.mean()
     }
 
     /// Planes through a body with these corners, in order along the normal. One of them passes
-    /// through the origin. The planes on each side of it depend only on the seed and the number of
-    /// the cut, not on the body.
+    /// through the origin; only with exponential distances the origin is a random point between two
+    /// planes. The planes on each side of it depend only on the seed and the number of the cut, not
+    /// on the body.
     #[must_use]
     pub fn planes(
         &self,
@@ -121,9 +134,10 @@ impl JointSet {
         joined: bool,
     ) -> Vec<CutPlane> {
         let [low, high] = self.range(corners);
-        let mut planes = self.side(seed, (cut, joined), low.min(0.0), -1.0);
+        let [first_below, first_above] = self.first(seed, cut);
+        let mut planes = self.side(seed, (cut, joined), (first_below, [-high, -low]), -1.0);
         planes.reverse();
-        planes.extend(self.side(seed, (cut, joined), high.max(0.0), 1.0));
+        planes.extend(self.side(seed, (cut, joined), (first_above, [low, high]), 1.0));
         let meets = |plane: &CutPlane| {
             let heights = || corners.iter().map(|corner| plane.height(corner));
             heights().any(|height| height <= 0.0) && heights().any(|height| height >= 0.0)
@@ -132,20 +146,43 @@ impl JointSet {
         planes
     }
 
-    /// Planes on one side of the origin, outward. The plane through the origin belongs to the upper
-    /// side.
-    fn side(&self, seed: u64, (cut, joined): (u32, bool), end: f64, sign: f64) -> Vec<CutPlane> {
+    /// Distances from the origin to the first planes below and above `[m]`; `None` below stands for
+    /// a drawn one, after a plane in the origin.
+    fn first(&self, seed: u64, cut: u32) -> [Option<f64>; 2] {
+        let Spacing::Exponential { mean, least } = self.spacing else { return [None, Some(0.0)] };
+        // Wide gaps hold a random point more often than narrow ones: their distribution there is
+        // that of the distances times the distance. Above `least` it is a mixture of sums of one
+        // and of two exponential numbers.
+        let mut numbers = RandomStream::new(seed, GAP_STREAM + u64::from(cut));
+        let [share, one, two, at] = [(); 4].map(|()| numbers.uniform());
+        let exponential = |u: f64| -(mean - least) * libm::log(1.0 - u);
+        let second = if share * mean < least { 0.0 } else { exponential(two) };
+        let gap = least + exponential(one) + second;
+        [Some(gap * (1.0 - at)), Some(gap * at)]
+    }
+
+    /// Planes on one side of the origin, outward, at distances within a range. The plane through
+    /// the origin belongs to the upper side.
+    fn side(
+        &self,
+        seed: u64,
+        (cut, joined): (u32, bool),
+        (first, [start, end]): (Option<f64>, [f64; 2]),
+        sign: f64,
+    ) -> Vec<CutPlane> {
         let stream = 2 * u64::from(cut) + u64::from(sign > 0.0);
         let mut numbers = RandomStream::new(seed, stream);
         let mut planes = Vec::new();
-        let mut distance = if sign > 0.0 { 0.0 } else { self.spacing.draw(&mut numbers) };
-        while distance <= end.abs() {
+        let mut distance = first.unwrap_or_else(|| self.spacing.draw(&mut numbers));
+        while distance <= end {
             let normal = match self.fisher {
                 Some(concentration) => numbers.fisher(&self.normal, concentration),
                 None => self.normal,
             };
-            let through = self.origin + self.normal * (sign * distance);
-            planes.extend(CutPlane::new(normal, through, cut, joined));
+            if distance >= start {
+                let through = self.origin + self.normal * (sign * distance);
+                planes.extend(CutPlane::new(normal, through, cut, joined));
+            }
             distance += self.spacing.draw(&mut numbers);
         }
         planes

@@ -1,7 +1,7 @@
 //! Convex cells: regions of rock cut by joint sets, faults and tunnels.
 //!
 //! A [`CellComplex`] begins with the convex parts of regions ([`Polyhedron`], [`prism`]) and cuts
-//! them by planes ([`CutPlane`], [`JointSet`], [`Tunnel`]). Cells share points. The side of a point
+//! them by planes ([`CutPlane`], [`JointSet`], [`Tunnel`], [`Fracture`], [`FractureNetwork`]). Cells share points. The side of a point
 //! to a plane is decided once, and an edge is divided once, so that neighbours always agree. Faces
 //! that they have in common match, unless a cut ended there ([`CommonFace`]). Only the cells whose boxes a plane meets are visited.
 //!
@@ -22,11 +22,13 @@
 mod cell;
 mod complex;
 mod expected;
+mod fracture;
 mod hexes;
 mod hull;
 mod joint_set;
 mod measure;
 mod neighbours;
+mod network;
 mod outline;
 mod parts;
 mod plane;
@@ -39,10 +41,12 @@ mod tunnel;
 pub use cell::{CellDefect, CellFace, ConvexCell};
 pub use complex::{CellComplex, CutCount, MOST_CELLS, ON_PLANE};
 pub use expected::expected_cells;
+pub use fracture::{Fracture, TOUCHED};
 pub use hexes::CellHexes;
 pub use joint_set::{JointSet, Spacing};
 pub use measure::CellProperties;
 pub use neighbours::CommonFace;
+pub use network::{DiscCount, DiscSize, FractureNetwork};
 pub use outline::Outline;
 pub use parts::{CellPart, PartPoint};
 pub use plane::{Compass, CutPlane, PlaneSource, sin_cos_degrees};

@@ -135,8 +135,18 @@ impl CellComplex {
     /// blocks are numbered in the order of their first cells.
     #[must_use]
     pub fn blocks(&self, common: &[CommonFace]) -> Vec<u32> {
+        self.blocks_where(common, |face| self.planes()[face.plane as usize].joined)
+    }
+
+    /// Number of the block of each cell, if cells are joined at the common faces of a condition.
+    #[must_use]
+    pub fn blocks_where(
+        &self,
+        common: &[CommonFace],
+        joined: impl Fn(&CommonFace) -> bool,
+    ) -> Vec<u32> {
         let mut parents: Vec<u32> = (0..self.cells().len() as u32).collect();
-        for face in common.iter().filter(|face| self.planes()[face.plane as usize].joined) {
+        for face in common.iter().filter(|face| joined(face)) {
             let [a, b] = face.cells.map(|cell| root(&mut parents, cell));
             // The lowest cell is the root of its block.
             parents[a.max(b) as usize] = a.min(b);

@@ -22,6 +22,8 @@ pub enum PlaneSource {
     Region,
     /// Cut, by its number.
     Cut(u32),
+    /// Bridge of rock that a cut leaves in its plane, by the number of the cut.
+    Bridge(u32),
 }
 
 impl CutPlane {
@@ -50,6 +52,15 @@ impl CutPlane {
             return None;
         }
         Self::new(normal, a, cut, joined)
+    }
+
+    /// Same plane for the bridges of rock that its cut leaves.
+    pub(crate) fn bridge(&self) -> Self {
+        let source = match self.source {
+            PlaneSource::Cut(cut) => PlaneSource::Bridge(cut),
+            other => other,
+        };
+        Self { source, ..*self }
     }
 
     /// Signed distance of a point `[m]`, positive on the side of the normal.

@@ -30,6 +30,18 @@ impl RandomStream {
         libm::sqrt(-2.0 * libm::log(1.0 - radius)) * libm::cos(std::f64::consts::TAU * angle)
     }
 
+    /// Number of random events of which a given number is expected: Poisson's law.
+    pub fn poisson(&mut self, expected: f64) -> usize {
+        // Distances between events are exponential.
+        let mut next = || -libm::log(1.0 - self.uniform());
+        let (mut number, mut sum) = (0, next());
+        while sum < expected {
+            number += 1;
+            sum += next();
+        }
+        number
+    }
+
     /// Unit vector of the Fisher distribution with concentration κ around a unit vector.
     pub fn fisher(&mut self, mean: &Vector3<f64>, concentration: f64) -> Vector3<f64> {
         let (share, angle) = (self.uniform(), std::f64::consts::TAU * self.uniform());

@@ -19,6 +19,12 @@ impl AxisBox {
         Self { centre: (low + high) / 2.0, half: (high - low) / 2.0 }
     }
 
+    /// True if another box comes nearer than `margin`.
+    fn overlaps(&self, other: &Self, margin: f64) -> bool {
+        let apart = (self.centre - other.centre).abs() - self.half - other.half;
+        apart.max() <= margin
+    }
+
     /// True if a plane comes nearer than `margin`.
     fn meets(&self, plane: &CutPlane, margin: f64) -> bool {
         plane.height(&self.centre).abs() <= plane.normal.abs().dot(&self.half) + margin
@@ -55,13 +61,20 @@ impl CellTree {
         self.n_roots = self.nodes.len();
     }
 
-    /// Number of a node and of its cell, for all cells whose boxes a plane meets.
-    pub(crate) fn met(&self, plane: &CutPlane, margin: f64, met: &mut Vec<(u32, u32)>) {
+    /// Number of a node and of its cell, for all cells whose boxes a plane meets, and a box around
+    /// its part if it has one.
+    pub(crate) fn met(
+        &self,
+        (plane, part): (&CutPlane, Option<&AxisBox>),
+        margin: f64,
+        met: &mut Vec<(u32, u32)>,
+    ) {
         met.clear();
         let mut open: Vec<u32> = (0..self.n_roots as u32).rev().collect();
         while let Some(number) = open.pop() {
             let node = &self.nodes[number as usize];
-            if !node.bounds.meets(plane, margin) {
+            let beside = part.is_some_and(|part| !node.bounds.overlaps(part, margin));
+            if beside || !node.bounds.meets(plane, margin) {
                 continue;
             }
             match node.below {

@@ -3,6 +3,7 @@
 
 mod arrangements;
 mod degenerate;
+mod fractures;
 mod hexes;
 mod properties;
 mod random_cuts;

@@ -36,6 +36,56 @@ fn planes_of_a_constant_spacing_pass_through_the_origin_and_its_multiples() {
     assert_eq!(heights, [-2.0, -1.25, -0.5, 0.25, 1.0, 1.75]);
 }
 
+/// Exponential distances: planes are at random positions. Their number in a length has the mean and
+/// the variance of Poisson's law, also in the middle, at the origin.
+#[test]
+fn exponential_spacings_are_stationary() {
+    for least in [0.0, 0.6] {
+        let set = set(0.0, 0.0, Spacing::Exponential { mean: 1.5, least });
+        let n = 4000;
+        let count = |size: f64| {
+            let of = |seed| set.planes(&corners(size), seed, 3, false).len() as f64;
+            let all: Vec<f64> = (0..n).map(of).collect();
+            let mean = all.iter().sum::<f64>() / n as f64;
+            let variance = all.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n as f64;
+            (mean, variance)
+        };
+        for size in [0.1, 1.0, 6.0] {
+            let ((mean, variance), expected) = (count(size), 2.0 * size / 1.5);
+            // No law has a wider scatter than Poisson's here.
+            let error = 4.0 * (expected / n as f64).sqrt();
+            assert!((mean - expected).abs() < error, "{least}, {size}: {mean} for {expected}");
+            let wide = variance / expected - 1.0;
+            assert!(if least > 0.0 { wide < 0.0 } else { wide.abs() < 0.1 }, "{least}: {wide}");
+        }
+    }
+}
+
+#[test]
+fn a_far_origin_changes_nothing() {
+    let at = |z: f64| {
+        let mut set = set(0.0, 0.0, Spacing::Constant(0.75));
+        set.origin.z = z;
+        let planes = set.planes(&corners(2.0), 0, 0, false);
+        let near = set.expected(&corners(2.0));
+        (planes.iter().map(|plane| plane.offset).collect::<Vec<_>>(), near)
+    };
+    let ((near, expected), (far, same)) = (at(0.25), at(0.25 + 0.75 * 1e5));
+    assert_eq!(near.len(), far.len());
+    assert!(near.iter().zip(&far).all(|(a, b)| (a - b).abs() < 1e-9));
+    assert!((expected - same).abs() < 1e-9 && (expected - near.len() as f64).abs() <= 1.0);
+    let even = JointSet {
+        spacing: Spacing::Even { mean: 0.75, spread: 0.7 },
+        origin: vector([0.0, 0.0, -7.5e4]),
+        ..set(0.0, 0.0, Spacing::Constant(1.0))
+    };
+    assert!((even.from_origin(&corners(2.0)) - 75002.0 / 0.75).abs() < 1e-6);
+    let n = 400;
+    let of = |seed| even.planes(&corners(2.0), seed, 0, false).len() as f64;
+    let mean = (0..n).map(of).sum::<f64>() / n as f64;
+    assert!((mean - 4.0 / 0.75).abs() < 0.3, "{mean}");
+}
+
 #[test]
 fn planes_do_not_depend_on_the_body() {
     let mut set = set(40.0, 130.0, Spacing::Even { mean: 0.5, spread: 0.2 });
