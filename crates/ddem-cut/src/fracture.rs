@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use crate::cell::CellFace;
 use crate::complex::{CellComplex, CellCut, CutCount};
+use crate::neighbours::CommonFace;
 use crate::plane::CutPlane;
 use crate::polyhedron::ShapeError;
 use crate::random::across;
@@ -145,14 +146,14 @@ impl Fracture {
 }
 
 /// Area vector of a polygon `[m²]`.
-fn area_vector(corners: &[Vector3<f64>]) -> Vector3<f64> {
+pub(crate) fn area_vector(corners: &[Vector3<f64>]) -> Vector3<f64> {
     let Some(&origin) = corners.first() else { return Vector3::zeros() };
     let triangle = |two: &[Vector3<f64>]| (two[0] - origin).cross(&(two[1] - origin)) / 2.0;
     corners.windows(2).map(triangle).fold(Vector3::zeros(), |sum, part| sum + part)
 }
 
 /// Part of a convex polygon within half-spaces `normal · x ≤ offset`.
-fn clipped(
+pub(crate) fn clipped(
     mut polygon: Vec<Vector3<f64>>,
     half_spaces: &[(Vector3<f64>, f64)],
 ) -> Vec<Vector3<f64>> {
@@ -203,6 +204,23 @@ impl CellComplex {
     #[must_use]
     pub fn covers(&self, plane: u32, x: &Vector3<f64>) -> bool {
         self.fractures.get(&plane).is_none_or(|fracture| fracture.contains(x))
+    }
+
+    /// True if a fracture covers the middle of one of the quadrilaterals into which midpoint
+    /// subdivision divides the two sides of a common face.
+    #[must_use]
+    pub fn is_covered(&self, common: &CommonFace) -> bool {
+        let sides = common.cells.iter().zip(common.faces);
+        let mut faces =
+            sides.map(|(&cell, face)| &self.cells()[cell as usize].faces[face as usize]);
+        faces.any(|face| {
+            let n = face.corners.len();
+            let at = |i: usize| self.points()[face.corners[i % n] as usize];
+            let mean = (0..n).map(at).sum::<Vector3<f64>>() / n as f64;
+            // The corner, the midpoints of the edges at it, and the mean of the face.
+            let middle = |i: usize| (at(i) * 2.0 + (at(i + n - 1) + at(i + 1)) / 2.0 + mean) / 4.0;
+            (0..n).any(|i| self.covers(common.plane, &middle(i)))
+        })
     }
 
     /// Fracture of a plane; `None` if the plane has no end.

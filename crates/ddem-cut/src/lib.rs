@@ -35,6 +35,7 @@ mod plane;
 mod polyhedron;
 mod random;
 mod split;
+mod stability;
 mod tree;
 mod tunnel;
 
@@ -52,4 +53,5 @@ pub use parts::{CellPart, PartPoint};
 pub use plane::{Compass, CutPlane, PlaneSource, sin_cos_degrees};
 pub use polyhedron::{Polyhedron, ShapeError, prism};
 pub use random::RandomStream;
+pub use stability::{BlockMotion, JointFace, merged_faces};
 pub use tunnel::Tunnel;

@@ -2,7 +2,9 @@
 
 use nalgebra::Vector3;
 
+use crate::cell::CellFace;
 use crate::complex::CellComplex;
+use crate::fracture::{area_vector, clipped};
 use crate::random::across;
 
 /// Face, or part of a face, that two cells have in common.
@@ -129,6 +131,39 @@ impl CellComplex {
         let corners: Vec<[f64; 2]> = face.corners.iter().map(corner).collect();
         let extent = range(&corners, [1.0, 0.0]);
         FlatFace { key, below: self.is_below(&key), corners, extent }
+    }
+
+    /// Outward unit normal of a face: that of its plane, turned.
+    #[must_use]
+    pub fn outward(&self, face: &CellFace) -> Vector3<f64> {
+        let normal = self.plane(face).normal;
+        if face.area(self.points()).dot(&normal) < 0.0 { -normal } else { normal }
+    }
+
+    /// Mean of the corners of a face `[m]`.
+    #[must_use]
+    pub fn middle(&self, face: &CellFace) -> Vector3<f64> {
+        let corners = face.corners.iter().map(|&corner| self.points()[corner as usize]);
+        corners.sum::<Vector3<f64>>() / face.corners.len() as f64
+    }
+
+    /// Area that two cells have in common in a face `[m²]`.
+    #[must_use]
+    pub fn common_area(&self, common: &CommonFace) -> f64 {
+        let [one, other] =
+            [0, 1].map(|i| &self.cells()[common.cells[i] as usize].faces[common.faces[i] as usize]);
+        if common.matches {
+            return one.area(self.points()).norm();
+        }
+        let at = |corner: u32| self.points()[corner as usize];
+        let normal = self.outward(other);
+        // Beyond an edge is on its right, seen from outside.
+        let beyond = other.edges().map(|(a, b)| {
+            let right = (at(b) - at(a)).cross(&normal);
+            (right, right.dot(&at(a)))
+        });
+        let corners = one.corners.iter().map(|&corner| at(corner)).collect();
+        area_vector(&clipped(corners, &beyond.collect::<Vec<_>>())).norm()
     }
 
     /// Number of the block of each cell. Cells that are joined at common faces are one block;

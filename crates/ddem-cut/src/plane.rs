@@ -105,6 +105,17 @@ impl Compass {
         self.north
     }
 
+    /// Plunge below the horizontal and trend of a direction `[degrees]`. The trend counts as dip
+    /// directions do, from 0 to 360; a vertical direction has 0.
+    #[must_use]
+    pub fn plunge_trend(&self, direction: &Vector3<f64>) -> [f64; 2] {
+        let [east, north] = [self.east, self.north].map(|axis| axis.dot(direction));
+        let level = libm::hypot(east, north);
+        let plunge = libm::atan2(-direction.z, level).to_degrees();
+        let trend = libm::atan2(east, north).to_degrees();
+        [plunge, if level <= 1e-12 * direction.norm() { 0.0 } else { trend.rem_euclid(360.0) }]
+    }
+
     /// Unit normal of a plane that dips `[degrees]`. It points up, or along the dip direction if the
     /// plane is vertical.
     #[must_use]

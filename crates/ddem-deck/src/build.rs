@@ -21,8 +21,8 @@ use ddem_core::{Fault, Model, ModelError, Problem};
 
 use geometry::{Cut, Names, Selector};
 pub use geometry::{Interface, Selection};
-pub use rock::CutRock;
 pub(crate) use rock::parts as rock_parts;
+pub use rock::{BlockMode, BlockVerdict, CutRock};
 
 use crate::lint::Diagnostic;
 use crate::schema::{Deck, Where};

@@ -4,6 +4,7 @@ mod blocks;
 mod charge;
 mod conditions;
 mod contact;
+mod fractures;
 mod history;
 mod matter;
 mod rock;

@@ -1,13 +1,16 @@
 //! Reading and writing of decks as TOML: every mistake is located, and a written deck reads back
 //! equal.
 
+mod contents;
 mod de;
 mod files;
+mod fractures;
 pub(crate) mod numbers;
 mod source;
 pub(crate) mod syntax;
 
-pub use files::{file_contents, join_paths, read_files, restore_files};
+pub use contents::{file_contents, restore_files};
+pub use files::{join_paths, read_files};
 pub use source::Source;
 
 use std::io;

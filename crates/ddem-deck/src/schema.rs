@@ -13,6 +13,7 @@ pub(crate) mod decimal;
 pub(crate) mod examples;
 mod files;
 mod forms;
+mod fractures;
 mod keys;
 mod lint;
 mod matter;
@@ -37,13 +38,15 @@ pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use conditions::{Boundary, BoundaryKind, Fix, Gradient, Initial, Load, Probe, Quantity};
 pub(crate) use contact::CRITICAL;
 pub use contact::ContactTable;
-pub use files::{FileIn, FileOf, Heights, Triangles};
+pub use files::{FileIn, FileOf, FractureTable, Heights, Triangles};
+pub use fractures::{DiscCut, DiscSizes, NetworkCut, PowerTable};
 pub(crate) use keys::{is_list, kinds};
 pub use keys::{keys, section_keys, stage_keys};
 pub use lint::LintTable;
 pub use matter::{Joint, Material};
 pub(crate) use orientation::normal_of;
 pub use orientation::{Orientation, Orientations};
+pub(crate) use rock::TIED;
 pub use rock::{
     AxisName, BoxShape, PlaneCut, PrismShape, RockCut, RockRegion, SetCut, SetSpacing, SmallBlocks,
     SmallKind, SpacingLaw, SpacingTable, TunnelCut,

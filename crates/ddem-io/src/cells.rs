@@ -6,7 +6,7 @@ pub use table::table;
 
 use std::path::Path;
 
-use ddem_deck::{CutRock, Deck, Source};
+use ddem_deck::{BlockVerdict, CutRock, Deck, Source};
 
 use crate::folder::{self, Earlier, Folder};
 use crate::output_error::OutputError;
@@ -14,9 +14,9 @@ use crate::run::RunFailure;
 use crate::vtkhdf::{Cells, Constant, FieldSpec, Grid, Location, Writer};
 
 /// Columns of `blocks.csv`, a row for each cell.
-const COLUMNS: [&str; 12] = [
+const COLUMNS: [&str; 17] = [
     "cell", "volume", "width", "faces", "vertices", "x", "y", "z", "region", "material", "block",
-    "cuts",
+    "cuts", "mode", "factor", "plunge", "trend", "on",
 ];
 
 /// Writes the cells of a deck to a folder, and returns the folder.
@@ -32,17 +32,20 @@ pub fn write(
 ) -> Result<Folder, RunFailure> {
     let name = Path::new(source.name()).file_name().unwrap_or_default().to_string_lossy();
     let folder = folder::prepare(out, &name, &deck.title, source.text(), earlier)?;
-    rows(rock, &folder.cells())?;
-    hexahedra(rock, &folder.blocks())?;
+    let verdicts = rock.verdicts();
+    rows(rock, &verdicts, &folder.cells())?;
+    hexahedra(rock, &verdicts, &folder.blocks())?;
     Ok(folder)
 }
 
-fn rows(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
+fn rows(rock: &CutRock, verdicts: &[BlockVerdict], path: &Path) -> Result<(), OutputError> {
     let wrong = |error| OutputError::csv(path, "writing", error);
     let mut writer = csv::Writer::from_path(path).map_err(wrong)?;
     writer.write_record(COLUMNS).map_err(wrong)?;
     for (number, cell) in rock.complex.cells().iter().enumerate() {
-        let of = &rock.properties[number];
+        let (of, verdict) = (&rock.properties[number], &verdicts[number]);
+        let text = |value: Option<f64>| value.map_or_else(String::new, |value| value.to_string());
+        let on: Vec<String> = verdict.on.iter().map(|&cut| rock.cut_name(cut)).collect();
         let row = [
             number.to_string(),
             of.volume.to_string(),
@@ -56,14 +59,20 @@ fn rows(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
             rock.region(number).material.clone(),
             rock.blocks[number].to_string(),
             rock.cut_names(number).join(";"),
+            verdict.mode.name().to_owned(),
+            text(verdict.factor),
+            text(verdict.plunge_trend.map(|[plunge, _]| plunge)),
+            text(verdict.plunge_trend.map(|[_, trend]| trend)),
+            on.join(";"),
         ];
         writer.write_record(row).map_err(wrong)?;
     }
     writer.flush().map_err(|error| OutputError::io(path, "writing", error))
 }
 
-/// Writes the hexahedra of the cells, with the numbers of cell, block and region, volume and width.
-fn hexahedra(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
+/// Writes the hexahedra of the cells, with the numbers of cell, block and region, volume, width, and
+/// the mode and the factor of block theory.
+fn hexahedra(rock: &CutRock, verdicts: &[BlockVerdict], path: &Path) -> Result<(), OutputError> {
     let hexes = rock.complex.hexes();
     let points = hexes.points.into_iter().map(Into::into).collect();
     let grid = Grid { points, cells: Cells::Hexahedra(hexes.hexes) };
@@ -73,15 +82,17 @@ fn hexahedra(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
     let cells = of(&|cell| cell as u32);
     let blocks = of(&|cell| rock.blocks[cell]);
     let regions = of(&|cell| rock.complex.cells()[cell].region);
+    let modes = of(&|cell| verdicts[cell].mode as u32);
     let constant = |name, values| Constant { name, location: Location::Cell, values };
-    let constants =
-        [constant("cell", &cells), constant("block", &blocks), constant("region", &regions)];
-    let fields = ["volume", "width"].map(|name| FieldSpec::cell(name, 1));
+    let constants = [("cell", &cells), ("block", &blocks), ("region", &regions), ("mode", &modes)]
+        .map(|(name, values)| constant(name, values));
+    let fields = ["volume", "width", "factor"].map(|name| FieldSpec::cell(name, 1));
     let mut writer = Writer::create(path, &grid, &constants, &fields)?;
     writer.append(0.0, None, &|field, rows, out| {
         for (value, row) in out.iter_mut().zip(rows) {
-            let properties = &rock.properties[hexes.cells[row] as usize];
-            *value = [properties.volume, properties.width][field];
+            let cell = hexes.cells[row] as usize;
+            let (properties, factor) = (&rock.properties[cell], verdicts[cell].factor);
+            *value = [properties.volume, properties.width, factor.unwrap_or(f64::NAN)][field];
         }
     })
 }

@@ -11,5 +11,6 @@ mod scale;
 mod sets;
 mod shapes;
 mod shared;
+mod stability;
 mod tunnels;
 mod wedges;

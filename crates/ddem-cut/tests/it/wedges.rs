@@ -6,10 +6,10 @@ use nalgebra::Vector3;
 use crate::shared::{assert_sound, brick, cut_all};
 
 /// Dips and dip directions of the two joints and the slope face `[degrees]`.
-type WedgePlanes = [[f64; 2]; 3];
+pub(crate) type WedgePlanes = [[f64; 2]; 3];
 
 /// Volume of the wedge whose top is `height` above the toe, and areas of its faces on the joints.
-fn wedge(orientations: WedgePlanes, height: f64) -> (f64, [f64; 2]) {
+pub(crate) fn wedge(orientations: WedgePlanes, height: f64) -> (f64, [f64; 2]) {
     let normals = orientations.map(|[dip, direction]| Compass::default().normal(dip, direction));
     let mut rock: CellComplex = brick([-150.0, -150.0, -20.0], [150.0, 150.0, height]);
     for (cut, normal) in normals.into_iter().enumerate() {

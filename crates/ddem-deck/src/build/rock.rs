@@ -5,9 +5,13 @@ mod cuts;
 mod inside;
 mod joints;
 mod shape;
+mod shapes;
+mod stability;
+mod ties;
 
 pub(in crate::build) use blocks::cut as cut_rock;
 pub(crate) use shape::parts;
+pub use stability::{BlockMode, BlockVerdict};
 
 use ddem_core::{ErrorCode, Fault, ModelError};
 use ddem_cut::{CellComplex, CellProperties, CommonFace, ON_PLANE, PlaneSource, Polyhedron};
@@ -91,7 +95,8 @@ impl CutRock {
         let n = complex.cells().len();
         let properties: Vec<_> = (0..n).map(|cell| complex.properties(cell)).collect();
         let common = complex.common_faces();
-        let blocks = complex.blocks(&common);
+        let joined = |face: &CommonFace| is_joined(&deck, &complex, face);
+        let blocks = complex.blocks_where(&common, joined);
         let mut of_region = vec![Vec::new(); deck.region.len()];
         for (number, cell) in complex.cells().iter().enumerate() {
             of_region[cell.region as usize].push(number);
@@ -159,19 +164,38 @@ impl CutRock {
     /// Names of the cuts whose planes bound a cell, or their places in the deck.
     #[must_use]
     pub fn cut_names(&self, cell: usize) -> Vec<String> {
-        let name = |cut: u32| {
-            let number = cut as usize;
-            name_of("cut", number, self.deck.cut.get(number).and_then(|cut| cut.name.as_ref()))
-        };
-        self.complex.cuts_of(cell).into_iter().map(name).collect()
+        self.complex.cuts_of(cell).into_iter().map(|cut| self.cut_name(cut)).collect()
     }
 
-    /// True if a common face is a joint.
+    /// Name of a cut, or its place in the deck if it has none.
+    #[must_use]
+    pub fn cut_name(&self, cut: u32) -> String {
+        let number = cut as usize;
+        name_of("cut", number, self.deck.cut.get(number).and_then(|cut| cut.name.as_ref()))
+    }
+
+    /// True if a common face is a joint, at least in part.
     #[must_use]
     pub fn is_joint(&self, face: &CommonFace) -> bool {
         let plane = &self.complex.planes()[face.plane as usize];
-        !plane.joined && plane.source != PlaneSource::Region
+        plane.source != PlaneSource::Region && !self.is_joined(face)
     }
+
+    /// True if the cells on both sides of a common face are one block.
+    pub(crate) fn is_joined(&self, face: &CommonFace) -> bool {
+        is_joined(&self.deck, &self.complex, face)
+    }
+}
+
+/// True if a common face has no joint: its cut made none, or a bridge of whole rock covers all of it.
+fn is_joined(deck: &Deck, complex: &CellComplex, face: &CommonFace) -> bool {
+    let plane = &complex.planes()[face.plane as usize];
+    let PlaneSource::Cut(cut) = plane.source else { return plane.joined };
+    if plane.joined || complex.fracture(face.plane).is_none() {
+        return plane.joined;
+    }
+    let bridge = deck.cut.get(cut as usize).and_then(|cut| cut.bridge_joint());
+    bridge.is_none() && !complex.is_covered(face)
 }
 
 fn median_width(cells: &[usize], properties: &[CellProperties]) -> f64 {

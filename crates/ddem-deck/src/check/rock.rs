@@ -1,7 +1,7 @@
 //! Checks of regions of rock and their cuts.
 
 use super::selection::{Selected, dips, selector};
-use super::{ErrorCode, Faults, NameFaults, Rule, blocks, shown};
+use super::{ErrorCode, Faults, NameFaults, Rule, blocks, fractures, shown};
 use crate::build::rock_parts;
 use crate::schema::{
     Deck, PlaneCut, RockCut, RockRegion, SetCut, SetSpacing, SpacingLaw, SpacingTable, TunnelCut,
@@ -41,7 +41,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
 }
 
 /// Checks that exactly one of several keys is given.
-fn one_of(at: &str, keys: &[(&str, bool)], help: &str, faults: &mut Faults) -> bool {
+pub(super) fn one_of(at: &str, keys: &[(&str, bool)], help: &str, faults: &mut Faults) -> bool {
     let given: Vec<&str> = keys.iter().filter(|(_, given)| *given).map(|(key, _)| *key).collect();
     match given[..] {
         [_] => true,
@@ -162,9 +162,14 @@ fn cut(deck: &Deck, at: &str, cut: &RockCut, faults: &mut Faults) {
     let keys = [
         ("set", cut.set.is_some()),
         ("plane", cut.plane.is_some()),
+        ("disc", cut.disc.is_some()),
+        ("polygon", cut.polygon.is_some()),
+        ("dfn", cut.dfn.is_some()),
         ("tunnel", cut.tunnel.is_some()),
     ];
-    one_of(at, &keys, "a cut is a set of planes, one plane, or a tunnel", faults);
+    let help = "a cut is a set of planes, one plane, fractures of finite size, or a tunnel";
+    one_of(at, &keys, help, faults);
+    fractures::check(deck, at, cut, faults);
     if let Some(set) = &cut.set {
         self::set(&format!("{at}.set"), set, faults);
     }

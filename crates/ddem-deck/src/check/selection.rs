@@ -323,7 +323,7 @@ fn point([x, y, z]: [f64; 3]) -> String {
     format!("[{}, {}, {}]", shown(x), shown(y), shown(z))
 }
 
-fn unread(place: &str, path: &str, faults: &mut Faults) {
+pub(super) fn unread(place: &str, path: &str, faults: &mut Faults) {
     let message = format!("the file `{path}` has not been read");
     faults.add_help(
         ErrorCode::InvalidFile,

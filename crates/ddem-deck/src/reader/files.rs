@@ -9,6 +9,7 @@ use std::sync::Arc;
 use crate::schema::{Deck, FileIn, FileOf, Heights, Triangles, names};
 use ddem_core::{ErrorCode, Fault, ModelError};
 
+use super::fractures::fractures;
 use crate::near::near;
 
 /// Largest number of points of a grid of heights.
@@ -38,6 +39,14 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
                 fault
             }));
         }
+    }
+    let mut tables = BTreeMap::new();
+    for (place, file) in deck.networks_mut() {
+        let wrong = fill(file, folder, &mut tables, fractures);
+        faults.extend(wrong.err().map(|mut fault| {
+            fault.place = place;
+            fault
+        }));
     }
     if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
 }
@@ -80,6 +89,9 @@ pub fn join_paths(deck: &mut Deck, folder: &Path) {
             };
             *path = folder.join(&*path).to_string_lossy().into_owned();
         }
+    }
+    for (_, FileOf { path, .. }) in deck.networks_mut() {
+        *path = folder.join(&*path).to_string_lossy().into_owned();
     }
 }
 
@@ -322,62 +334,4 @@ fn raster(text: &str) -> Result<Heights, Fault> {
     let along = |start: f64, count: usize| (0..count).map(|i| start + cell * i as f64).collect();
     let z = numbers.chunks(columns).rev().flatten().map(held).collect();
     Ok(Heights { x: along(west, columns), y: along(south, rows), z, rim: cell / 2.0 })
-}
-
-/// Contents of the files of a deck, as numbers, by their paths.
-pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
-    let mut deck = deck.clone();
-    let mut contents = BTreeMap::new();
-    for (_, selector) in deck.selectors_mut() {
-        for (_, file) in selector.files_mut() {
-            let (path, numbers) = match file {
-                FileIn::Triangles(FileOf { path, content: Some(content) }) => {
-                    (path, content.0.iter().flatten().flatten().copied().collect())
-                }
-                FileIn::Heights(FileOf { path, content: Some(content) }) => {
-                    let Heights { x, y, z, rim } = &**content;
-                    let sizes = [x.len() as f64, y.len() as f64, *rim];
-                    (path, sizes.iter().chain(x).chain(y).chain(z).copied().collect())
-                }
-                _ => continue,
-            };
-            contents.insert(path.clone(), numbers);
-        }
-    }
-    contents
-}
-
-/// Sets the file contents of a deck to those of [`file_contents`]. Returns false if any are
-/// missing.
-pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> bool {
-    let mut all = true;
-    for (_, selector) in deck.selectors_mut() {
-        for (_, file) in selector.files_mut() {
-            match file {
-                FileIn::Triangles(file) => {
-                    let numbers = contents.get(&file.path);
-                    file.content = numbers.map(|numbers| Arc::new(triangles_of(numbers)));
-                    all &= file.content.is_some();
-                }
-                FileIn::Heights(file) => {
-                    let numbers = contents.get(&file.path);
-                    file.content = numbers.and_then(|numbers| heights_of(numbers)).map(Arc::new);
-                    all &= file.content.is_some();
-                }
-            }
-        }
-    }
-    all
-}
-
-fn triangles_of(numbers: &[f64]) -> Triangles {
-    let corner = |k: usize, of: &[f64]| [of[3 * k], of[3 * k + 1], of[3 * k + 2]];
-    Triangles(numbers.chunks_exact(9).map(|nine| [0, 1, 2].map(|k| corner(k, nine))).collect())
-}
-
-fn heights_of(numbers: &[f64]) -> Option<Heights> {
-    let (sizes, rest) = numbers.split_at_checked(3)?;
-    let (x, rest) = rest.split_at_checked(sizes[0] as usize)?;
-    let (y, z) = rest.split_at_checked(sizes[1] as usize)?;
-    Some(Heights { x: x.into(), y: y.into(), z: z.into(), rim: sizes[2] })
 }

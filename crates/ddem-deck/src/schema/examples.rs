@@ -13,6 +13,7 @@ const VALUES: &[(&str, &str)] = &[
     ("density", "2600"),
     ("detonation_velocity", "5000"),
     ("deviation", "0.8"),
+    ("dfn.size", "1.5"),
     ("dip", "45"),
     ("dip_direction", "90"),
     ("displacement", "[0.0, 0.0, -0.01]"),
@@ -42,9 +43,13 @@ const VALUES: &[(&str, &str)] = &[
     ("mean", "2.0"),
     ("normal", "[0, 0, 1]"),
     ("normal_stiffness", "1e10"),
+    ("number", "300"),
     ("origin", "[0.0, 0.0, 0.0]"),
+    ("p32", "0.8"),
+    ("persistence", "0.8"),
     ("point", "[0.0, 0.0, 1.0]"),
     ("poisson", "0.25"),
+    ("power", "3.5"),
     ("pressure", "1e6"),
     ("radius", "0.2"),
     ("ramp", "0.1"),
@@ -103,9 +108,11 @@ pub(crate) fn example(place: &str) -> Option<String> {
     let plain = |part: &str| part.split('[').next().unwrap_or_default().to_owned();
     let mut parts = place.rsplit('.').map(plain);
     let key = parts.next()?;
-    let section = parts.next_back().unwrap_or_default();
+    let table = parts.next().unwrap_or_default();
+    let section = parts.next_back().unwrap_or_else(|| table.clone());
     let find = |name: &str| VALUES.iter().find(|(known, _)| *known == name);
-    let (_, value) = find(&format!("{section}.{key}")).or_else(|| find(&key))?;
+    let within = |above: &str| find(&format!("{above}.{key}"));
+    let (_, value) = within(&table).or_else(|| within(&section)).or_else(|| find(&key))?;
     Some(format!("{key} = {value}"))
 }
 
@@ -136,7 +143,11 @@ mod tests {
         let schema = crate::json_schema().to_string();
         for (name, _) in VALUES {
             match name.split_once('.') {
-                Some((section, key)) => assert!(section_keys(section).contains(&key), "{name}"),
+                Some((section, key)) => {
+                    let table = schema.contains(&format!("\"{section}\":{{"))
+                        && schema.contains(&format!("\"{key}\":{{"));
+                    assert!(section_keys(section).contains(&key) || table, "{name}");
+                }
                 None => assert!(schema.contains(&format!("\"{name}\":{{")), "{name}"),
             }
         }

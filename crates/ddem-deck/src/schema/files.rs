@@ -25,6 +25,10 @@ pub struct FileOf<T> {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Triangles(pub Vec<[[f64; 3]; 3]>);
 
+/// Discs of a network, a row for each: x, y, z `[m]`, dip, dip direction `[degrees]`, radius `[m]`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct FractureTable(pub Vec<[f64; 6]>);
+
 /// Heights over a grid of x and y.
 #[derive(Clone, Debug, Default)]
 pub struct Heights {
@@ -157,6 +161,14 @@ impl Deck {
     /// Every `where`, with its place in the deck.
     pub fn selectors(&self) -> Vec<(String, &Where)> {
         selectors!(self, iter, as_ref, shared)
+    }
+
+    /// Files of networks of fractures, each with its place in the deck.
+    pub fn networks_mut(&mut self) -> impl Iterator<Item = (String, &mut FileOf<FractureTable>)> {
+        let cuts = self.cut.iter_mut().enumerate();
+        cuts.filter_map(|(i, cut)| {
+            Some((format!("cut[{i}].dfn.file"), cut.dfn.as_mut()?.file.as_mut()?))
+        })
     }
 
     /// Every `where`, mutable, with its place in the deck.

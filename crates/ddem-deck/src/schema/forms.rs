@@ -10,7 +10,8 @@ use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::{
-    Damping, Extent, FileOf, Heights, History, JointChoice, Plane, SetSpacing, Sheet, TimeStep,
+    Damping, DiscSizes, Extent, FileOf, Heights, History, JointChoice, Plane, SetSpacing, Sheet,
+    TimeStep,
 };
 
 /// Visitor methods for the three types in which a reader passes a number.
@@ -170,6 +171,28 @@ impl<'de> Deserialize<'de> for SetSpacing {
         }
 
         deserializer.deserialize_any(SpacingForms)
+    }
+}
+
+impl<'de> Deserialize<'de> for DiscSizes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct SizeForms;
+
+        impl<'de> Visitor<'de> for SizeForms {
+            type Value = DiscSizes;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a number (the same radius everywhere) or `{ power, from, to }`")
+            }
+
+            numbers!(DiscSizes, DiscSizes::Constant);
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<DiscSizes, A::Error> {
+                Deserialize::deserialize(MapAccessDeserializer::new(map)).map(DiscSizes::Power)
+            }
+        }
+
+        deserializer.deserialize_any(SizeForms)
     }
 }
 

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Body, Where};
+use super::{Body, DiscCut, NetworkCut, Where};
 
 /// Part of the rock that cuts divide: a box, a prism, or a convex polyhedron.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -130,6 +130,16 @@ pub enum SmallKind {
     Removed,
 }
 
+/// Word for bridges of whole rock.
+pub(crate) const TIED: &str = "tied";
+
+impl RockCut {
+    /// Name of the joint in the bridges of rock that the cut leaves; `None` for whole rock.
+    pub(crate) fn bridge_joint(&self) -> Option<&String> {
+        self.bridge.as_ref().filter(|name| *name != TIED)
+    }
+}
+
 /// A cut of the rock. Cuts act in the order of the deck.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -138,15 +148,24 @@ pub struct RockCut {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Planes at distances along a normal, `{ dip, dip_direction, fisher, spacing, origin }`; needed
-    /// without `plane` and `tunnel`.
+    /// without another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub set: Option<SetCut>,
-    /// One plane, `{ dip, dip_direction, through }` or `{ points }`; needed without `set` and
-    /// `tunnel`.
+    /// One plane, `{ dip, dip_direction, through }` or `{ points }`; needed without another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub plane: Option<PlaneCut>,
+    /// A disc, `{ dip, dip_direction, centre, radius }`; needed without another shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub disc: Option<DiscCut>,
+    /// Corners of a plane convex polygon, in order, shape (n, 3) `[m]`; needed without another shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polygon: Option<Vec<[f64; 3]>>,
+    /// A network of discs, `{ p32, size, dip, dip_direction, fisher }` or `{ file }`; needed without
+    /// another shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dfn: Option<NetworkCut>,
     /// Sides and ends of a tunnel or shaft, `{ outline, from, to }`, which cut the cells that it
-    /// touches; needed without `set` and `plane`.
+    /// touches; needed without another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tunnel: Option<TunnelCut>,
     /// Name of the joint on the planes; needed without `join`.
@@ -157,6 +176,11 @@ pub struct RockCut {
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     #[schemars(extend("default" = bool::default()))]
     pub join: bool,
+    /// Rock that a set with `persistence`, a disc, a polygon or a network leaves in its planes: the
+    /// name of a joint, or `"tied"` for whole rock; default `"tied"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = TIED))]
+    pub bridge: Option<String>,
     /// Cells that are cut, by their centroid; default everywhere.
     #[serde(skip_serializing_if = "Where::is_everywhere")]
     pub r#where: Where,
@@ -177,7 +201,12 @@ pub struct SetCut {
     /// Distance between planes along the mean normal, above 0, or its law, `{ mean, spread }` or
     /// `{ mean, law, deviation, least }` `[m]`.
     pub spacing: SetSpacing,
-    /// Point on one of the planes `[m]`; default the middle of the regions.
+    /// Share of the cells in the way of a plane that it cuts, from 0 to 1; default 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = 1.0))]
+    pub persistence: Option<f64>,
+    /// Point on one of the planes, and on the line along which distances count `[m]`; default the
+    /// middle of the regions.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub origin: Option<[f64; 3]>,
 }

@@ -221,6 +221,12 @@ material = "rock"
 [[cut]]
 set = { dip = 40, dip_direction = 130, fisher = 20, spacing = { mean = 1, law = "exponential" } }
 joint = "seam"
+[[cut]]
+set = { dip = 80, dip_direction = 10, spacing = 1, persistence = 0.5 }
+joint = "seam"
+[[cut]]
+dfn = { number = 9, size = { power = 3, from = 0.5, to = 2 }, dip = 20, dip_direction = 70 }
+joint = "seam"
 "#;
 
 /// Place in `BASE` or `ROCK` and another value of each key with a default.
@@ -254,6 +260,9 @@ fn places() -> Vec<(&'static str, &'static str, &'static str, Value)> {
         ("SmallBlocks", "width", "region.0.small", json!(0.5)),
         ("SmallBlocks", "is", "region.0.small", json!("removed")),
         ("RockCut", "join", "cut.0", json!(true)),
+        ("RockCut", "bridge", "cut.1", json!("seam")),
+        ("SetCut", "persistence", "cut.0.set", json!(0.5)),
+        ("NetworkCut", "least", "cut.2.dfn", json!(1.0)),
         ("SpacingTable", "least", "cut.0.set.spacing", json!(0.5)),
         ("Stage", "bracket", "stage.2", json!([1, 2])),
         ("Stage", "resolution", "stage.2", json!(0.1)),

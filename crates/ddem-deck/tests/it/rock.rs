@@ -370,6 +370,7 @@ fn cuts_without_effect() {
         ("where = { below = 1.9 }", "where = { below = -1.0 }"),
         ("where = { below = 1.9 }", "where = { z = 1.0 }"),
         ("spacing = 1.0, origin", "spacing = 1e-9, origin"),
+        ("origin = [0.0, 0.0, 0.5]", "origin = [0.0, 0.0, 5e8]"),
         ("", THREE_SETS),
         (
             "",

@@ -4,21 +4,18 @@
 //! are tied at their common nodes, and so are those of cells that `join` keeps together. Faces of other
 //! cells get joints between the parts that face each other.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
-use ddem_core::problem::{
-    Geometry, Lattice, PartShape, Set, Sets, Ties, Vec3, bounds_of, distorted,
-};
+use ddem_core::problem::{Geometry, Lattice, PartShape, Set, Sets, Vec3, bounds_of, distorted};
 use ddem_core::{ErrorCode, Fault};
-use ddem_cut::{CellPart, CommonFace, PartPoint, PlaneSource};
+use ddem_cut::{CellPart, CommonFace, PlaneSource};
 
 use super::CutRock;
 use crate::build::geometry::{Cut, Names, Selector, nothing};
 use crate::schema::{Assign, Deck, SmallKind};
 
 /// Corners in VTK's order, by the numbers of corners by bits.
-const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
+pub(super) const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
 
 /// Cells of a deck that become blocks.
 pub(super) struct RockBlocks<'a> {
@@ -51,7 +48,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
 }
 
 /// Sets of a deck: its regions, with the boxes around them.
-fn sets(deck: &Deck, rock: &CutRock) -> Sets {
+pub(super) fn sets(deck: &Deck, rock: &CutRock) -> Sets {
     let set = |region: usize| {
         let cells = rock.cells_of(region).iter().map(|&cell| &rock.complex.cells()[cell]);
         let corners = cells.flat_map(|cell| cell.vertices());
@@ -80,19 +77,6 @@ impl RockBlocks<'_> {
         self.rock.complex.cells()[cell].region as usize
     }
 
-    /// True if a selector has a cell: its centroid lies in the ranges, and each plane holds one of
-    /// its faces.
-    fn selects(&self, selector: &Selector, cell: usize) -> bool {
-        let points = self.rock.complex.points();
-        let mut faces = self.rock.complex.cells()[cell].faces.iter();
-        let on = |face: &ddem_cut::CellFace| {
-            face.corners.iter().all(|&corner| selector.on_planes(&points[corner as usize]))
-        };
-        selector.has_set(self.region(cell))
-            && selector.in_ranges(&self.centroid(cell))
-            && (selector.planes() == 0 || faces.any(on))
-    }
-
     /// Finds the parts of all cells that are not removed at the start. Returns faults.
     fn find_parts(&mut self) -> Vec<Fault> {
         let (mut faults, mut removed) = (Vec::new(), vec![false; self.parts.len()]);
@@ -102,7 +86,7 @@ impl RockBlocks<'_> {
             }
             let selector = Selector::new(&entry.r#where, &self.sets);
             let chosen: Vec<usize> =
-                (0..self.parts.len()).filter(|&cell| self.selects(&selector, cell)).collect();
+                (0..self.parts.len()).filter(|&cell| self.rock.selects(&selector, cell)).collect();
             if chosen.is_empty() {
                 faults.push(nothing(format!("remove[{index}].where"), "no block"));
             }
@@ -165,7 +149,7 @@ impl RockBlocks<'_> {
     }
 
     /// Elements along each edge of the parts of a cell.
-    fn divisions(&self, cell: usize) -> usize {
+    pub(super) fn divisions(&self, cell: usize) -> usize {
         self.rock.region(cell).divisions as usize / 2
     }
 
@@ -198,7 +182,7 @@ impl RockBlocks<'_> {
                 continue;
             };
             let cells: Vec<usize> = (0..self.parts.len())
-                .filter(|&cell| !self.parts[cell].is_empty() && self.selects(&selector, cell))
+                .filter(|&cell| !self.parts[cell].is_empty() && self.rock.selects(&selector, cell))
                 .collect();
             if cells.is_empty() && entry.joint.is_none() {
                 faults.push(nothing(format!("assign[{index}].where"), "no block"));
@@ -212,37 +196,6 @@ impl RockBlocks<'_> {
         let entries = self.deck.assign.iter().enumerate();
         entries.map(|(index, entry)| (index, entry, Selector::new(&entry.r#where, &self.sets)))
     }
-
-    /// Ties of the nodes of parts that share them: of one cell, and of cells joined to a block.
-    fn ties(&self, geometry: &Geometry) -> Ties {
-        let mut ids: HashMap<(u32, &PartPoint), u32> = HashMap::new();
-        let mut nodes: HashMap<Vec<(u32, u64)>, Vec<u32>> = HashMap::new();
-        for (cell, parts) in self.parts.iter().enumerate() {
-            let n = self.divisions(cell) as u64;
-            for (number, part) in parts.iter().enumerate() {
-                let block = self.first[cell] + number;
-                let topology = geometry.topology(block);
-                let corners = VTK.map(|corner| {
-                    let (new, key) =
-                        (ids.len() as u32, (self.rock.blocks[cell], &part.points[corner]));
-                    *ids.entry(key).or_insert(new)
-                });
-                for node in 0..topology.nodes() {
-                    let steps = topology.steps(node).map(|at| at as u64);
-                    // Inside the part no node has another one at its place.
-                    if steps.iter().all(|&at| 0 < at && at < n) {
-                        continue;
-                    }
-                    let key = place(&corners, steps, n);
-                    nodes
-                        .entry(key)
-                        .or_default()
-                        .push(geometry.blocks[block].first_node + node as u32);
-                }
-            }
-        }
-        Ties::new(nodes.into_values())
-    }
 }
 
 /// Fault of a cell of a region whose elements have no volume.
@@ -250,18 +203,6 @@ fn twisted(cell: usize, region: usize) -> Fault {
     let message = format!("cell {cell} is so distorted that its elements have no volume");
     let help = "move the planes that cut it a little; `ddem cut` lists them";
     Fault::new(ErrorCode::InvalidGeometry, format!("region[{region}]"), message).help(help)
-}
-
-/// Place of a node on the surface of a part: the corners around it with their weights, which are
-/// the same in every part that has the node.
-fn place(corners: &[u32; 8], steps: [u64; 3], n: u64) -> Vec<(u32, u64)> {
-    let weight = |corner: usize| -> u64 {
-        (0..3).map(|d| if corner >> d & 1 == 1 { steps[d] } else { n - steps[d] }).product()
-    };
-    let all = corners.iter().enumerate().map(|(corner, &id)| (id, weight(corner)));
-    let mut place: Vec<(u32, u64)> = all.filter(|(_, weight)| *weight > 0).collect();
-    place.sort_unstable();
-    place
 }
 
 #[cfg(test)]

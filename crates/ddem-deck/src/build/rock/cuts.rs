@@ -3,12 +3,19 @@
 use ddem_core::problem::{Sets, Vec3, shown};
 use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{
-    CellComplex, Compass, CutCount, CutPlane, JointSet, MOST_CELLS, Outline, Polyhedron, Spacing,
-    Tunnel, expected_cells,
+    CellComplex, Compass, CutCount, CutPlane, Fracture, JointSet, MOST_CELLS, Polyhedron,
+    RandomStream, Tunnel, expected_cells,
 };
 
+use super::shapes::{fractures, joint_set, network, plane, spacing, tunnel};
 use crate::build::geometry::{Selector, coordinates};
-use crate::schema::{Deck, PlaneCut, RockCut, SetCut, SetSpacing, SpacingLaw, TunnelCut, Where};
+use crate::schema::{Deck, RockCut, SetCut, Where};
+
+/// Number of the stream of random numbers that decide which cells the first cut leaves whole.
+const PERSISTENCE_STREAM: u64 = 3 << 40;
+
+/// Largest number of planes from the origin of a set to the end of the rock: more take long.
+const MOST_PLANES: f64 = 1e8;
 
 /// Length of the difference of two unit vectors below which they are one direction.
 const SAME_NORTH: f64 = 1e-9;
@@ -25,6 +32,7 @@ struct RegionGroup {
 struct RegionCut {
     shape: CutShape,
     compass: Compass,
+    seed: u64,
     regions: Vec<u32>,
 }
 
@@ -32,6 +40,7 @@ struct RegionCut {
 #[derive(PartialEq)]
 enum CutShape {
     Planes(Vec<CutPlane>),
+    Fractures(Vec<Fracture>),
     Tunnel(Tunnel),
 }
 
@@ -48,8 +57,10 @@ struct WholeRock<'a> {
 /// Cells of all regions after all cuts.
 pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex, Vec<Fault>> {
     let whole = WholeRock::new(deck, shapes);
-    if let Some(fault) = too_many(deck, &whole) {
-        return Err(vec![fault]);
+    for count in [far_origin, too_many_discs, too_many] {
+        if let Some(fault) = count(deck, &whole) {
+            return Err(vec![fault]);
+        }
     }
     let mut rock = CellComplex::new(shapes);
     for (number, entry) in deck.cut.iter().enumerate() {
@@ -71,7 +82,16 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
                 return Err(vec![too_many_fault(deck, format!("{at}.set.spacing"), cells)]);
             }
             let count = match &region_cut.shape {
-                CutShape::Planes(planes) => rock.cut(planes, allowed),
+                CutShape::Planes(planes) => match persistence(entry) {
+                    None => rock.cut(planes, allowed),
+                    Some(share) => {
+                        let stream = PERSISTENCE_STREAM + number as u64;
+                        let numbers = RandomStream::new(region_cut.seed, stream);
+                        let bridges = entry.bridge_joint().is_some();
+                        rock.cut_persistent(planes, allowed, (share, bridges), numbers)
+                    }
+                },
+                CutShape::Fractures(fractures) => rock.cut_fractures(fractures, allowed),
                 CutShape::Tunnel(tunnel) => rock.cut_tunnel(tunnel, allowed),
             };
             all.divisions += count.divisions;
@@ -110,8 +130,9 @@ impl<'a> WholeRock<'a> {
             match cuts.iter_mut().find(|region_cut| region_cut.shape == shape) {
                 Some(region_cut) => region_cut.regions.extend(&group.regions),
                 None => {
-                    let RegionGroup { compass, regions, .. } = group;
-                    cuts.push(RegionCut { shape, compass: *compass, regions: regions.clone() });
+                    let RegionGroup { compass, seed, regions } = group;
+                    let regions = regions.clone();
+                    cuts.push(RegionCut { shape, compass: *compass, seed: *seed, regions });
                 }
             }
         }
@@ -127,6 +148,9 @@ impl<'a> WholeRock<'a> {
         if let Some(plane) = &entry.plane {
             let plane = self::plane(plane, &group.compass, (number, entry.join))?;
             return Some(CutShape::Planes(vec![plane]));
+        }
+        if let Some(of) = fractures(entry, number, &group.compass, (group.seed, self.bounds)) {
+            return Some(CutShape::Fractures(of));
         }
         let tunnel = tunnel(entry.tunnel.as_ref()?, &group.compass, (number, entry.join))?;
         Some(CutShape::Tunnel(tunnel))
@@ -154,6 +178,48 @@ fn groups(deck: &Deck) -> Vec<RegionGroup> {
 fn bounds(corners: &[Vec3]) -> [Vec3; 2] {
     let far = Vec3::repeat(f64::INFINITY);
     corners.iter().fold([far, -far], |[low, high], x| [low.inf(x), high.sup(x)])
+}
+
+/// Fault of a set whose origin is so far that the planes up to the rock cannot be counted.
+fn far_origin(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
+    let sets = deck.cut.iter().enumerate().filter_map(|(i, cut)| Some((i, cut.set.as_ref()?)));
+    sets.flat_map(|set| whole.groups.iter().map(move |group| (set, group))).find_map(
+        |((number, entry), group)| {
+            let set = joint_set(entry, &group.compass, whole.middle());
+            let inside = set.expected(&whole.corners);
+            let planes = set.from_origin(&whole.corners);
+            if inside > MOST_CELLS as f64 || planes <= MOST_PLANES {
+                return None;
+            }
+            let place = format!("cut[{number}].set.origin");
+            let message = format!("there would be about {planes:.1e} planes from here to the rock");
+            let help = "distances between planes count from the origin: put it into the rock";
+            Some(Fault::new(ErrorCode::TooLarge, place, message).help(help))
+        },
+    )
+}
+
+/// Share of the cells that the planes of a set cut; `None` for all.
+fn persistence(entry: &RockCut) -> Option<f64> {
+    entry.set.as_ref()?.persistence.filter(|share| *share < 1.0)
+}
+
+/// Fault of a network of more discs than there may be cells.
+fn too_many_discs(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
+    let networks = deck.cut.iter().enumerate().filter_map(|(i, cut)| Some((i, cut.dfn.as_ref()?)));
+    networks.flat_map(|of| whole.groups.iter().map(move |group| (of, group))).find_map(
+        |((number, entry), group)| {
+            let discs = network(entry, &group.compass)?.expected(whole.bounds);
+            let key = if entry.number.is_some() { "number" } else { "p32" };
+            let message = format!(
+                "there would be about {discs:.1e} discs; at most {MOST_CELLS} are possible"
+            );
+            let help = "larger radii, or a smaller `p32` or `number`, make fewer";
+            let fault =
+                Fault::new(ErrorCode::TooLarge, format!("cut[{number}].dfn.{key}"), message);
+            (discs > MOST_CELLS as f64).then(|| fault.help(help))
+        },
+    )
 }
 
 /// Fault of more cells than there may be, before anything is cut. Cuts of a part of the rock are
@@ -234,48 +300,6 @@ fn divisions(
     cells.map(|(cell, _)| extent(cell)).sum::<f64>() / set.spacing.mean()
 }
 
-fn joint_set(set: &SetCut, compass: &Compass, middle: Vec3) -> JointSet {
-    JointSet {
-        normal: compass.normal(set.dip, set.dip_direction),
-        fisher: set.fisher,
-        spacing: spacing(&set.spacing),
-        origin: set.origin.map_or(middle, Vec3::from),
-    }
-}
-
-fn spacing(spacing: &SetSpacing) -> Spacing {
-    match *spacing {
-        SetSpacing::Constant(distance) => Spacing::Constant(distance),
-        SetSpacing::Random(table) => {
-            let (mean, least) = (table.mean, table.least.unwrap_or_default());
-            match table.law {
-                None => Spacing::Even { mean, spread: table.spread.unwrap_or_default() },
-                Some(SpacingLaw::Exponential) => Spacing::Exponential { mean, least },
-                Some(SpacingLaw::Lognormal) => {
-                    let deviation = table.deviation.unwrap_or(mean);
-                    Spacing::Lognormal { mean, deviation, least }
-                }
-            }
-        }
-    }
-}
-
-fn plane(plane: &PlaneCut, compass: &Compass, (cut, joined): (u32, bool)) -> Option<CutPlane> {
-    match plane.points {
-        Some(points) => CutPlane::through(points.map(Vec3::from), cut, joined),
-        None => {
-            let normal = compass.normal(plane.dip?, plane.dip_direction?);
-            CutPlane::new(normal, plane.through?.into(), cut, joined)
-        }
-    }
-}
-
-fn tunnel(tunnel: &TunnelCut, compass: &Compass, (cut, joined): (u32, bool)) -> Option<Tunnel> {
-    let outline = Outline::new(&tunnel.outline).ok()?;
-    let ends = [tunnel.from, tunnel.to].map(Vec3::from);
-    Tunnel::new(&outline, ends, compass, cut, joined).ok()
-}
-
 /// Fault of a cut that divides nothing.
 fn without_effect(
     rock: &CellComplex,
@@ -297,10 +321,18 @@ fn without_effect(
     if entry.plane.is_some() {
         return Some(fault("plane", "the plane divides no cell"));
     }
+    let fractures = [
+        ("disc", entry.disc.is_some()),
+        ("polygon", entry.polygon.is_some()),
+        ("dfn", entry.dfn.is_some()),
+    ];
+    if let Some((key, _)) = fractures.into_iter().find(|(_, given)| *given) {
+        return Some(fault(key, "no fracture covers enough of a cell to cut it"));
+    }
     // A tunnel along faces that are there already divides nothing, but has cells inside.
     let inside = |cell: usize| {
         cuts.iter().any(|region_cut| match &region_cut.shape {
-            CutShape::Planes(_) => false,
+            CutShape::Planes(_) | CutShape::Fractures(_) => false,
             CutShape::Tunnel(tunnel) => {
                 region_cut.regions.contains(&rock.cells()[cell].region)
                     && tunnel.contains(&rock.centroid(cell))

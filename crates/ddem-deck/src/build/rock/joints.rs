@@ -30,9 +30,8 @@ impl RockBlocks<'_> {
         let mut used = vec![false; assigned.len()];
         let mut joints = Vec::new();
         for face in self.rock.common.iter().filter(|face| self.both_exist(face)) {
-            let [a, b] = face.cells.map(|cell| self.rock.blocks[cell as usize]);
             let plane = &self.rock.complex.planes()[face.plane as usize];
-            let tied = plane.joined || a == b;
+            let tied = self.rock.is_joined(face);
             if tied && face.matches {
                 continue;
             }
@@ -43,11 +42,20 @@ impl RockBlocks<'_> {
                 joints.extend(faces.map(|(faces, area)| self.joint(faces, joint, area)));
                 continue;
             }
-            let PlaneSource::Cut(number) = plane.source else { continue };
+            let (number, bridge) = match plane.source {
+                PlaneSource::Region => continue,
+                PlaneSource::Cut(number) => (number, false),
+                PlaneSource::Bridge(number) => (number, true),
+            };
             let own = self.deck.cut[number as usize].joint.as_ref();
             let Some(own) = own.and_then(|name| self.names.joint(name)) else { continue };
             for (faces, area) in self.facing(geometry, face) {
                 let (centre, normal) = (faces[0].centre(geometry), faces[0].outward(geometry));
+                if bridge || !self.rock.complex.covers(face.plane, &centre) {
+                    let joint = self.bridge(number, face);
+                    joints.push(self.joint(faces, joint, area));
+                    continue;
+                }
                 let mut joint = own;
                 for (at, (_, other, selector)) in assigned.iter().enumerate() {
                     let in_set =
@@ -77,6 +85,13 @@ impl RockBlocks<'_> {
     fn of_cut(&self, entry: usize, cut: u32) -> bool {
         let name = self.deck.assign[entry].r#where.cut.as_ref();
         name.is_none_or(|name| self.deck.cut[cut as usize].name.as_ref() == Some(name))
+    }
+
+    /// Number of the joint in the bridges of rock that a cut leaves: that of the deck, or a stiff one.
+    fn bridge(&self, cut: u32, face: &CommonFace) -> u16 {
+        let named = self.deck.cut[cut as usize].bridge_joint();
+        let joint = named.and_then(|name| self.names.joint(name));
+        joint.unwrap_or_else(|| self.stiff_joint(self.region(face.cells[0] as usize)))
     }
 
     /// Number of the joint that holds joined cells of a region where their nodes do not match. Such

@@ -1,0 +1,301 @@
+//! Blocks that block theory finds able to move, and their factors by limit equilibrium.
+
+use std::collections::HashSet;
+
+use ddem_core::problem::Vec3;
+use ddem_cut::{BlockMotion, CommonFace, Compass, JointFace, PlaneSource, merged_faces};
+
+use super::CutRock;
+use super::blocks::sets;
+use crate::build::geometry::Selector;
+use crate::schema::{Joint, Where};
+
+/// Vertical part of the normal of an outer face above which the face is free.
+const UPWARD: f64 = 1e-6;
+
+/// Gravity of a deck without one `[m/s²]`.
+const GRAVITY: f64 = 9.81;
+
+/// Verdict of block theory on a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlockMode {
+    /// No face is free.
+    Buried,
+    /// A support, a bridge of rock, or the rock around the regions holds it.
+    Held,
+    /// The joints keep it in place, whatever their strength.
+    Keyed,
+    /// It falls away from all joints.
+    Falls,
+    /// It slides on one joint.
+    SlidesOnOne,
+    /// It slides on two joints, along their line.
+    SlidesOnTwo,
+    /// It is excavated.
+    Removed,
+}
+
+impl BlockMode {
+    /// Word in `blocks.csv`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Buried => "buried",
+            Self::Held => "held",
+            Self::Keyed => "keyed",
+            Self::Falls => "falls",
+            Self::SlidesOnOne => "slides",
+            Self::SlidesOnTwo => "slides on two",
+            Self::Removed => "removed",
+        }
+    }
+}
+
+/// First motion of a block out of a free face.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BlockVerdict {
+    /// Kind of the motion.
+    pub mode: BlockMode,
+    /// Factor of safety by limit equilibrium; `None` without motion, or if a joint on which the
+    /// block slides never fails or has Barton's criterion.
+    pub factor: Option<f64>,
+    /// Plunge and trend of the motion `[degrees]`.
+    pub plunge_trend: Option<[f64; 2]>,
+    /// Cuts with the joints on which the block slides.
+    pub on: Vec<u32>,
+}
+
+/// Face of a block on a joint, with the number of the cut; the strength is `None` if there is no
+/// linear one.
+#[derive(Clone, Copy)]
+struct ExposedJoint {
+    normal: Vec3,
+    area: f64,
+    cut: u32,
+    strength: Option<[f64; 2]>,
+}
+
+/// Surroundings of a block.
+#[derive(Clone, Default)]
+struct Surroundings {
+    free: bool,
+    held: bool,
+    joints: Vec<ExposedJoint>,
+    weight: Vec3,
+}
+
+/// Deck's selectors that matter to blocks at the first excavation.
+struct FirstStage<'a> {
+    rock: &'a CutRock,
+    removed: Vec<bool>,
+    /// Supports from the start.
+    fixed: Vec<Selector>,
+    /// Joints from the start: their selectors, cuts and names.
+    assigned: Vec<(Selector, Option<&'a String>, &'a String)>,
+}
+
+impl CutRock {
+    /// Verdict of block theory on the block of each cell, once the first excavation is done.
+    #[must_use]
+    pub fn verdicts(&self) -> Vec<BlockVerdict> {
+        let stage = FirstStage::new(self);
+        let is_whole = |face: &CommonFace| {
+            self.is_joined(face) && face.cells.iter().all(|&cell| !stage.removed[cell as usize])
+        };
+        let blocks = self.complex.blocks_where(&self.common, is_whole);
+        let around = stage.surroundings(&blocks);
+        let of = |(cell, &block): (usize, &u32)| {
+            if stage.removed[cell] {
+                return BlockVerdict::still(BlockMode::Removed);
+            }
+            let north = Compass::new(self.region(cell).north.into()).unwrap_or_default();
+            around[block as usize].verdict(&north)
+        };
+        blocks.iter().enumerate().map(of).collect()
+    }
+
+    /// True if a selector has a cell: its centroid lies in the ranges, and each plane holds one of
+    /// its faces.
+    pub(super) fn selects(&self, selector: &Selector, cell: usize) -> bool {
+        let points = self.complex.points();
+        let own = &self.complex.cells()[cell];
+        let mut faces = own.faces.iter();
+        let on = |face: &ddem_cut::CellFace| {
+            face.corners.iter().all(|&corner| selector.on_planes(&points[corner as usize]))
+        };
+        selector.has_set(own.region as usize)
+            && selector.in_ranges(&self.properties[cell].centroid)
+            && (selector.planes() == 0 || faces.any(on))
+    }
+}
+
+impl<'a> FirstStage<'a> {
+    fn new(rock: &'a CutRock) -> Self {
+        let deck = &rock.deck;
+        let sets = sets(deck, rock);
+        let number = |name: &String| deck.stage_number(name);
+        let first = deck.remove.iter().filter_map(|entry| number(entry.from.as_ref()?)).min();
+        let now = |from: Option<&String>| from.is_none_or(|name| number(name) == first);
+        let select = |of: &Where| Selector::new(of, &sets);
+        let mut removed = vec![false; rock.properties.len()];
+        for entry in deck.remove.iter().filter(|entry| now(entry.from.as_ref())) {
+            let selector = select(&entry.r#where);
+            for (cell, removed) in removed.iter_mut().enumerate() {
+                *removed |= rock.selects(&selector, cell);
+            }
+        }
+        let fixed = deck.fix.iter().filter(|entry| entry.from.is_none());
+        let fixed = fixed.map(|entry| select(&entry.r#where)).collect();
+        let assigned = deck.assign.iter().filter(|entry| entry.from.is_none());
+        let assigned = assigned
+            .filter_map(|entry| {
+                let of = &entry.r#where;
+                Some((select(of), of.cut.as_ref(), entry.joint.as_ref()?))
+            })
+            .collect();
+        Self { rock, removed, fixed, assigned }
+    }
+
+    /// Surroundings of each block.
+    fn surroundings(&self, blocks: &[u32]) -> Vec<Surroundings> {
+        let rock = self.rock;
+        let n = blocks.iter().max().map_or(0, |last| *last as usize + 1);
+        let mut around = vec![Surroundings::default(); n];
+        let mut shared = HashSet::new();
+        for common in &rock.common {
+            let [a, b] = common.cells.map(|cell| cell as usize);
+            shared.extend([(a, common.faces[0]), (b, common.faces[1])]);
+            let [own, other] = [blocks[a] as usize, blocks[b] as usize];
+            match [self.removed[a], self.removed[b]] {
+                [true, true] => {}
+                [true, false] => around[other].free = true,
+                [false, true] => around[own].free = true,
+                [false, false] if own == other => {}
+                [false, false] => match self.joint(common) {
+                    Some(joint) => {
+                        around[own].joints.push(joint);
+                        let turned = ExposedJoint { normal: -joint.normal, ..joint };
+                        around[other].joints.push(turned);
+                    }
+                    None => [own, other].into_iter().for_each(|block| around[block].held = true),
+                },
+            }
+        }
+        let gravity = Vec3::from(rock.deck.model.gravity);
+        let gravity = if gravity == Vec3::zeros() { -Vec3::z() * GRAVITY } else { gravity };
+        for (cell, &block) in blocks.iter().enumerate().filter(|(cell, _)| !self.removed[*cell]) {
+            let block = &mut around[block as usize];
+            let material = rock.deck.materials.get(&rock.region(cell).material);
+            let density = material.map_or(1.0, |material| material.density);
+            block.weight += gravity * (density * rock.properties[cell].volume);
+            for face in 0..rock.complex.cells()[cell].faces.len() {
+                if !shared.contains(&(cell, face as u32)) {
+                    self.outer(cell, face, block);
+                }
+            }
+        }
+        around
+    }
+
+    /// Adds an outer face of a cell to the surroundings of its block.
+    fn outer(&self, cell: usize, face: usize, block: &mut Surroundings) {
+        let complex = &self.rock.complex;
+        let face = &complex.cells()[cell].faces[face];
+        if complex.plane(face).source != PlaneSource::Region {
+            return;
+        }
+        let corners = || face.corners.iter().map(|&corner| complex.points()[corner as usize]);
+        let holds = |selector: &Selector| match selector.planes() {
+            0 => self.rock.selects(selector, cell),
+            _ => {
+                selector.has_set(complex.cells()[cell].region as usize)
+                    && corners().all(|x| selector.contains(&x))
+            }
+        };
+        let up = complex.outward(face).z > UPWARD;
+        let held = !up || self.fixed.iter().any(holds);
+        block.held |= held;
+        block.free |= !held;
+    }
+
+    /// Joint of a common face with the normal out of its first cell; `None` if rock holds it.
+    fn joint(&self, common: &CommonFace) -> Option<ExposedJoint> {
+        let (rock, complex) = (self.rock, &self.rock.complex);
+        let face = &complex.cells()[common.cells[0] as usize].faces[common.faces[0] as usize];
+        let (centre, normal) = (complex.middle(face), complex.outward(face));
+        let (cut, bridge) = match complex.plane(face).source {
+            PlaneSource::Region => return None,
+            PlaneSource::Cut(cut) => (cut, !complex.covers(common.plane, &centre)),
+            PlaneSource::Bridge(cut) => (cut, true),
+        };
+        let entry = rock.deck.cut.get(cut as usize)?;
+        if complex.fracture(common.plane).is_some() && entry.bridge_joint().is_none() {
+            // Rock beside the fracture holds the face unless the fracture covers all of it.
+            let corners = face.corners.iter().map(|&corner| complex.points()[corner as usize]);
+            if !corners.into_iter().all(|x| complex.covers(common.plane, &x)) {
+                return None;
+            }
+        }
+        let mut name = if bridge { entry.bridge_joint()? } else { entry.joint.as_ref()? };
+        let regions = common.cells.map(|cell| complex.cells()[cell as usize].region as usize);
+        for (selector, of_cut, joint) in self.assigned.iter().filter(|_| !bridge) {
+            let same = of_cut.is_none_or(|name| entry.name.as_ref() == Some(name));
+            let in_set = regions.iter().any(|&region| selector.has_set(region));
+            if same && in_set && selector.contains_face(&centre, &normal) {
+                name = joint;
+            }
+        }
+        let strength = rock.deck.joints.get(name).and_then(strength);
+        Some(ExposedJoint { normal, area: complex.common_area(common), cut, strength })
+    }
+}
+
+/// Cohesion `[Pa]` and tangent of the friction angle of a joint that fails by Mohr and Coulomb.
+fn strength(joint: &Joint) -> Option<[f64; 2]> {
+    let friction = joint.friction.unwrap_or_default().to_radians();
+    let linear = joint.can_fail() && joint.jrc.is_none();
+    linear.then(|| [joint.cohesion.unwrap_or_default(), libm::tan(friction)])
+}
+
+impl Surroundings {
+    fn verdict(&self, compass: &Compass) -> BlockVerdict {
+        if !self.free {
+            return BlockVerdict::still(BlockMode::Buried);
+        }
+        if self.held {
+            return BlockVerdict::still(BlockMode::Held);
+        }
+        let face = |joint: &ExposedJoint| {
+            let [cohesion, tan_friction] = joint.strength.unwrap_or_default();
+            JointFace { normal: joint.normal, area: joint.area, cohesion, tan_friction }
+        };
+        let faces = merged_faces(&self.joints.iter().map(face).collect::<Vec<_>>());
+        let Some(motion) = BlockMotion::new(&self.weight, &faces) else {
+            return BlockVerdict::still(BlockMode::Keyed);
+        };
+        let normals = || motion.on.iter().flatten().map(|(number, _)| faces[*number].normal);
+        let below = || {
+            self.joints.iter().filter(|joint| {
+                joint.area > 0.0 && normals().any(|normal| (normal - joint.normal).norm() < 1e-9)
+            })
+        };
+        let mut on: Vec<u32> = below().map(|joint| joint.cut).collect();
+        on.sort_unstable();
+        on.dedup();
+        let mode = match normals().count() {
+            0 => BlockMode::Falls,
+            1 => BlockMode::SlidesOnOne,
+            _ => BlockMode::SlidesOnTwo,
+        };
+        let linear = below().all(|joint| joint.strength.is_some());
+        let factor = linear.then(|| motion.factor(&faces));
+        let plunge_trend = Some(compass.plunge_trend(&motion.direction));
+        BlockVerdict { mode, factor, plunge_trend, on }
+    }
+}
+
+impl BlockVerdict {
+    fn still(mode: BlockMode) -> Self {
+        Self { mode, factor: None, plunge_trend: None, on: Vec::new() }
+    }
+}

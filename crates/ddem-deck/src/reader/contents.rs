@@ -1,0 +1,74 @@
+//! Contents of the files of a deck as numbers, which a checkpoint keeps.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::schema::{Deck, FileIn, FileOf, FractureTable, Heights, Triangles};
+
+/// Contents of the files of a deck, as numbers, by their paths.
+pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
+    let mut deck = deck.clone();
+    let mut contents = BTreeMap::new();
+    for (_, selector) in deck.selectors_mut() {
+        for (_, file) in selector.files_mut() {
+            let (path, numbers) = match file {
+                FileIn::Triangles(FileOf { path, content: Some(content) }) => {
+                    (path, content.0.iter().flatten().flatten().copied().collect())
+                }
+                FileIn::Heights(FileOf { path, content: Some(content) }) => {
+                    let Heights { x, y, z, rim } = &**content;
+                    let sizes = [x.len() as f64, y.len() as f64, *rim];
+                    (path, sizes.iter().chain(x).chain(y).chain(z).copied().collect())
+                }
+                _ => continue,
+            };
+            contents.insert(path.clone(), numbers);
+        }
+    }
+    for (_, FileOf { path, content }) in deck.networks_mut() {
+        let rows = content.iter().flat_map(|content| &content.0);
+        contents.insert(path.clone(), rows.flatten().copied().collect());
+    }
+    contents
+}
+
+/// Sets the file contents of a deck to those of [`file_contents`]. Returns false if any are
+/// missing.
+pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> bool {
+    let mut all = true;
+    for (_, selector) in deck.selectors_mut() {
+        for (_, file) in selector.files_mut() {
+            match file {
+                FileIn::Triangles(file) => {
+                    let numbers = contents.get(&file.path);
+                    file.content = numbers.map(|numbers| Arc::new(triangles_of(numbers)));
+                    all &= file.content.is_some();
+                }
+                FileIn::Heights(file) => {
+                    let numbers = contents.get(&file.path);
+                    file.content = numbers.and_then(|numbers| heights_of(numbers)).map(Arc::new);
+                    all &= file.content.is_some();
+                }
+            }
+        }
+    }
+    for (_, file) in deck.networks_mut() {
+        let numbers = contents.get(&file.path);
+        let rows = numbers.map(|numbers| numbers.as_chunks().0.to_vec());
+        file.content = rows.map(|rows| Arc::new(FractureTable(rows)));
+        all &= file.content.is_some();
+    }
+    all
+}
+
+fn triangles_of(numbers: &[f64]) -> Triangles {
+    let corner = |k: usize, of: &[f64]| [of[3 * k], of[3 * k + 1], of[3 * k + 2]];
+    Triangles(numbers.chunks_exact(9).map(|nine| [0, 1, 2].map(|k| corner(k, nine))).collect())
+}
+
+fn heights_of(numbers: &[f64]) -> Option<Heights> {
+    let (sizes, rest) = numbers.split_at_checked(3)?;
+    let (x, rest) = rest.split_at_checked(sizes[0] as usize)?;
+    let (y, z) = rest.split_at_checked(sizes[1] as usize)?;
+    Some(Heights { x: x.into(), y: y.into(), z: z.into(), rim: sizes[2] })
+}
