@@ -5,9 +5,6 @@ use nalgebra::Vector3;
 use crate::cell::{CellFace, ConvexCell};
 use crate::complex::CellComplex;
 
-/// Least product of the sines of the angles between the edges at a corner of a hexahedron.
-const LEAST_SINE: f64 = 1e-3;
-
 /// Hexahedra that fill cells. Points of different cells are separate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CellHexes {
@@ -72,7 +69,7 @@ impl CellComplex {
             let nodes = CellNodes::new(cell, all.points.len() as u32);
             self.add_points(cell, &nodes, &mut all.points);
             let centre = all.points.len() as u32 - 1;
-            let hexes = cell_hexes(cell, &nodes, centre, &all.points);
+            let hexes = cell_hexes(cell, &nodes, centre, &all.points, 1);
             all.hexes.extend(hexes.into_iter().map(|(_, hex)| hex));
             all.cells.resize(all.hexes.len(), number as u32);
         }
@@ -98,18 +95,20 @@ impl CellComplex {
 }
 
 /// Hexahedra of a cell with their vertices; pyramids if a vertex has more than three edges, or if a
-/// hexahedron is turned inside out at a corner. `points` are the positions of all points `[m]`.
+/// hexahedron with `n` elements along its edges is turned inside out. `points` are the positions of all
+/// points `[m]`.
 pub(crate) fn cell_hexes(
     cell: &ConvexCell,
     nodes: &CellNodes,
     centre: u32,
     points: &[Vector3<f64>],
+    n: usize,
 ) -> Vec<(u32, [u32; 8])> {
     let at_vertices: Vec<_> =
         nodes.vertices.iter().map(|&vertex| (vertex, corners(cell, vertex))).collect();
     let hex = |(vertex, corners): &(u32, Vec<FaceCorner>)| {
         let hex = corner_hex(corners, nodes, *vertex, centre).filter(|_| corners.len() == 3)?;
-        is_sound(&hex.map(|point| points[point as usize])).then_some((*vertex, hex))
+        is_sound(&hex.map(|point| points[point as usize]), n).then_some((*vertex, hex))
     };
     let hexes: Option<Vec<_>> = at_vertices.iter().map(hex).collect();
     hexes.unwrap_or_else(|| {
@@ -121,16 +120,40 @@ pub(crate) fn cell_hexes(
     })
 }
 
-/// Corners at the ends of the three edges of each corner of a hexahedron in VTK's order, right-handed.
-const BESIDE: [[usize; 3]; 8] =
-    [[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]];
+/// Coordinates of the corners of a hexahedron in VTK's order.
+const CORNERS: [[f64; 3]; 8] = [
+    [-1.0, -1.0, -1.0],
+    [1.0, -1.0, -1.0],
+    [1.0, 1.0, -1.0],
+    [-1.0, 1.0, -1.0],
+    [-1.0, -1.0, 1.0],
+    [1.0, -1.0, 1.0],
+    [1.0, 1.0, 1.0],
+    [-1.0, 1.0, 1.0],
+];
 
-/// True if the edges are right-handed at all corners of a hexahedron.
-fn is_sound(corners: &[Vector3<f64>; 8]) -> bool {
-    (0..8).all(|at| {
-        let [a, b, c] = BESIDE[at].map(|end| corners[end] - corners[at]);
-        a.cross(&b).dot(&c) > LEAST_SINE * a.norm() * b.norm() * c.norm()
-    })
+/// True if a hexahedron has a positive volume, and a positive Jacobian in the middle; with more
+/// elements the Jacobian must be positive at all corners.
+fn is_sound(corners: &[Vector3<f64>; 8], n: usize) -> bool {
+    if n > 1 {
+        return CORNERS.into_iter().all(|at| jacobian(corners, at) > 0.0);
+    }
+    // The Jacobian is a polynomial of second degree in each coordinate: two points are exact.
+    let gauss = CORNERS.map(|at| at.map(|x| x / 3.0_f64.sqrt()));
+    let volume: f64 = gauss.into_iter().map(|at| jacobian(corners, at)).sum();
+    volume > 0.0 && jacobian(corners, [0.0; 3]) > 0.0
+}
+
+/// Determinant of the Jacobian of a hexahedron at a point with coordinates from −1 to 1.
+fn jacobian(corners: &[Vector3<f64>; 8], at: [f64; 3]) -> f64 {
+    let along = |axis: usize| -> Vector3<f64> {
+        let (next, last) = ((axis + 1) % 3, (axis + 2) % 3);
+        let weight = |sign: &[f64; 3]| {
+            sign[axis] * (1.0 + sign[next] * at[next]) * (1.0 + sign[last] * at[last]) / 8.0
+        };
+        CORNERS.iter().zip(corners).map(|(sign, corner)| corner * weight(sign)).sum()
+    };
+    along(0).cross(&along(1)).dot(&along(2))
 }
 
 /// Parts of the faces at a vertex.

@@ -37,10 +37,10 @@ pub struct CellPart {
 
 impl CellComplex {
     /// Parts of a cell, in the order of its vertices. If more than three edges meet at one of them, or
-    /// a hexahedron would be turned inside out, all parts are pyramids, whose apex is the mean of the
-    /// cell.
+    /// a hexahedron with `n` elements along its edges would be turned inside out, all parts are
+    /// pyramids, whose apex is the mean of the cell.
     #[must_use]
-    pub fn parts(&self, cell: usize) -> Vec<CellPart> {
+    pub fn parts(&self, cell: usize, n: usize) -> Vec<CellPart> {
         let own = &self.cells()[cell];
         let nodes = CellNodes::new(own, 0);
         let mut positions = Vec::new();
@@ -66,12 +66,6 @@ impl CellComplex {
                 faces: [7, 5, 2].map(face),
             }
         };
-        cell_hexes(own, &nodes, centre, &positions).into_iter().map(part).collect()
-    }
-
-    /// Number of the parts of a cell.
-    #[must_use]
-    pub fn n_parts(&self, cell: usize) -> usize {
-        self.parts(cell).len()
+        cell_hexes(own, &nodes, centre, &positions, n).into_iter().map(part).collect()
     }
 }

@@ -50,7 +50,7 @@ pub use hexmesh::{HexMesh, MeshBlock, MeshError, MeshFaces};
 pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
 pub use nonconforming::{NonconformingFace, NonconformingJoint};
 pub use pages::Pages;
-pub use part::{PartShape, distorted};
+pub use part::{PartShape, distorted, stiffest_nodes};
 pub use stages::Stages;
 pub use surface_point::SurfacePoint;
 pub use ties::{TiedSlots, Ties};

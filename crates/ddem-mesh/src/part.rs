@@ -4,11 +4,13 @@
 //! [`PartShape`] the true corners. Nodes are at equal steps of the trilinear map, so that their
 //! deviations from the parallelepiped have no mean and no first moments.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Point3};
 
 use crate::{Lattice, Topology, Vec3};
+use ddem_mechanics::element::hex8::lumped_mass;
 use ddem_mechanics::element::hexahedron::HexahedronElement;
 use ddem_mechanics::element::{Elastic, ElementKind};
 
@@ -51,6 +53,38 @@ pub fn distorted(part: &PartShape, n: usize) -> bool {
             .is_some()
     };
     !(0..topology.elements()).all(sound)
+}
+
+/// Bounds of the step of hexahedra of one body, with their corners in VTK's order: the largest ratio
+/// of stiffness to mass of the nodes of each one in any direction `[1/s²]`, and its volume `[m³]`.
+/// Corners with equal coordinates are one node.
+#[must_use]
+pub fn stiffest_nodes(
+    hexahedra: &[[Vec3; 8]],
+    material: &Elastic,
+    kind: ElementKind,
+) -> Vec<[f64; 2]> {
+    let place = |corner: &Vec3| <[f64; 3]>::from(*corner).map(f64::to_bits);
+    let mut nodes: BTreeMap<[u64; 3], [f64; 4]> = BTreeMap::new();
+    let mut volumes = Vec::with_capacity(hexahedra.len());
+    for corners in hexahedra {
+        let element = HexahedronElement::new(corners, material, kind);
+        volumes.push(element.as_ref().map_or(0.0, |element| element.volume));
+        let Some(element) = element else { continue };
+        let mass = lumped_mass(&corners.map(Point3::from), material.density);
+        let own = corners.iter().zip(mass).zip(element.diagonal());
+        for ((corner, mass), diagonal) in own {
+            let sums = nodes.entry(place(corner)).or_default();
+            sums[0] += mass;
+            (0..3).for_each(|c| sums[1 + c] += diagonal[c]);
+        }
+    }
+    let ratio = |corner: &Vec3| {
+        let [mass, x, y, z] = nodes.get(&place(corner)).copied().unwrap_or_default();
+        x.max(y).max(z) / mass
+    };
+    let largest = |corners: &[Vec3; 8]| corners.iter().map(ratio).fold(0.0, f64::max);
+    hexahedra.iter().map(largest).zip(volumes).map(Into::into).collect()
 }
 
 impl PartShape {

@@ -13,6 +13,8 @@ pub(in crate::build) use blocks::cut as cut_rock;
 pub(crate) use shape::parts;
 pub use stability::{BlockMode, BlockVerdict};
 
+use ddem_core::element::Elastic;
+use ddem_core::problem::{Vec3, stiffest_nodes};
 use ddem_core::{ErrorCode, Fault, ModelError};
 use ddem_cut::{CellComplex, CellProperties, CommonFace, ON_PLANE, PlaneSource, Polyhedron};
 
@@ -90,6 +92,10 @@ fn overlaps(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Vec<Fault> {
     faults
 }
 
+/// Ratio of stiffness to mass that a node of a distorted part may have, relative to that of a cube.
+/// Single nodes with less hardly limit the step.
+const SPREAD: f64 = 4.0;
+
 impl CutRock {
     fn new(deck: Deck, complex: CellComplex) -> Self {
         let n = complex.cells().len();
@@ -109,7 +115,7 @@ impl CutRock {
     /// Region of a cell.
     #[must_use]
     pub fn region(&self, cell: usize) -> &RockRegion {
-        &self.deck.region[self.complex.cells()[cell].region as usize]
+        &self.deck.region[self.region_number(cell)]
     }
 
     /// Name of a region, or its place in the deck if it has none.
@@ -140,11 +146,51 @@ impl CutRock {
     /// Treatment of a cell that is thin; `None` if it is not. Rigid blocks need no inertia.
     #[must_use]
     pub fn treatment(&self, cell: usize) -> Option<SmallKind> {
-        let number = self.complex.cells()[cell].region as usize;
+        let number = self.region_number(cell);
         let RockRegion { small, body, .. } = &self.deck.region[number];
         let thin = self.properties[cell].width < small.width * self.median_widths[number];
         let changes = *body == Body::Deformable || small.is == SmallKind::Removed;
         (thin && changes).then_some(small.is)
+    }
+
+    /// Factors on the inertia of the parts of a cell, but not on their weight, and the volumes of the
+    /// parts `[m³]`. A factor is at least 1, and so large that no node of the part has more than four
+    /// times the ratio of stiffness to mass of a cube of the width `small.width` times the median one.
+    #[must_use]
+    pub fn inertia(&self, cell: usize) -> Vec<[f64; 2]> {
+        let region = self.region(cell);
+        let width = region.small.width * self.median_widths[self.region_number(cell)];
+        let scaled = region.small.is == SmallKind::Scaled && region.body == Body::Deformable;
+        let material = self.deck.materials.get(&region.material);
+        let rock = material.map_or(Elastic::new(1.0, 1.0, 0.0), |material| {
+            Elastic::new(material.density, material.young, material.poisson)
+        });
+        let nodes =
+            |hexahedra: &[[Vec3; 8]]| stiffest_nodes(hexahedra, &rock, self.deck.model.element);
+        let parts = self.complex.parts(cell, region.divisions as usize / 2);
+        let parts: Vec<[Vec3; 8]> = parts.iter().map(|part| part.corners).collect();
+        // The parts of a cube have half its edges.
+        let cube = [
+            [0, 0, 0],
+            [1, 0, 0],
+            [1, 1, 0],
+            [0, 1, 0],
+            [0, 0, 1],
+            [1, 0, 1],
+            [1, 1, 1],
+            [0, 1, 1],
+        ]
+        .map(|at| Vec3::from(at.map(f64::from)) * (0.5 * width));
+        let allowed = SPREAD * nodes(&[cube])[0][0];
+        let factor = |[ratio, volume]: [f64; 2]| {
+            let factor = ratio / allowed;
+            [if scaled && factor.is_finite() { factor.max(1.0) } else { 1.0 }, volume]
+        };
+        nodes(&parts).into_iter().map(factor).collect()
+    }
+
+    fn region_number(&self, cell: usize) -> usize {
+        self.complex.cells()[cell].region as usize
     }
 
     /// Number of elements of a cell: `divisions`/2 along each edge of its parts, one for a rigid
@@ -156,7 +202,8 @@ impl CutRock {
             (Some(SmallKind::Removed), _) => 0,
             (Some(SmallKind::Rigid), _) | (_, Body::Rigid) => 1,
             (Some(SmallKind::Scaled) | None, Body::Deformable) => {
-                self.complex.n_parts(cell) * (region.divisions as usize / 2).pow(3)
+                self.complex.parts(cell, region.divisions as usize / 2).len()
+                    * (region.divisions as usize / 2).pow(3)
             }
         }
     }

@@ -67,9 +67,8 @@ fn thin(rock: &CutRock, region: usize) -> String {
     let share = 100.0 * thin.iter().map(|of| of.volume).sum::<f64>() / total;
     let effect = match small.is {
         SmallKind::Scaled => {
-            // The step of a cell follows its width: inertia grows with the square.
-            let added = |volume: f64, width: f64| volume * ((least / width).powi(2) - 1.0);
-            let added: f64 = thin.iter().map(|of| added(of.volume, of.width)).sum();
+            let parts = cells.iter().flat_map(|&cell| rock.inertia(cell));
+            let added: f64 = parts.map(|[factor, volume]| (factor - 1.0) * volume).sum();
             format!("more inertia, {:.3} % of the mass", 100.0 * added / total)
         }
         SmallKind::Rigid => "rigid".to_owned(),

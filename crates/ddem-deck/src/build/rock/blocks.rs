@@ -97,7 +97,7 @@ impl RockBlocks<'_> {
             if removed || small == Some(SmallKind::Removed) {
                 continue;
             }
-            self.parts[cell] = self.rock.complex.parts(cell);
+            self.parts[cell] = self.rock.complex.parts(cell, self.divisions(cell));
         }
         if faults.is_empty() && self.parts.iter().all(Vec::is_empty) {
             let message = "all blocks are removed";
@@ -133,8 +133,8 @@ impl RockBlocks<'_> {
         for (cell, &material) in materials.iter().enumerate() {
             self.first.push(lattices.len());
             let (set, n) = (self.region(cell), self.divisions(cell));
-            for part in &self.parts[cell] {
-                let shape = self.shape(cell, part);
+            for (part, [inertia, _]) in self.parts[cell].iter().zip(self.rock.inertia(cell)) {
+                let shape = self.shape(cell, part, inertia);
                 if distorted(&shape, n) {
                     return Err(vec![twisted(cell, self.region(cell))]);
                 }
@@ -153,10 +153,7 @@ impl RockBlocks<'_> {
         self.rock.region(cell).divisions as usize / 2
     }
 
-    fn shape(&self, cell: usize, part: &CellPart) -> PartShape {
-        let least = self.rock.region(cell).small.width * self.rock.median_width(self.region(cell));
-        let thin = least / self.rock.properties[cell].width;
-        let scaled = self.rock.treatment(cell) == Some(SmallKind::Scaled);
+    fn shape(&self, cell: usize, part: &CellPart, inertia: f64) -> PartShape {
         PartShape {
             corners: VTK.map(|corner| part.corners[corner]),
             block: self.rock.blocks[cell],
@@ -166,7 +163,7 @@ impl RockBlocks<'_> {
             faces: part.faces,
             width: self.rock.properties[cell].width,
             centroid: self.centroid(cell),
-            inertia: if scaled { (thin * thin).max(1.0) } else { 1.0 },
+            inertia,
         }
     }
 
