@@ -13,6 +13,9 @@ use crate::tree::AxisBox;
 /// Part of the section of a cell above which a fracture in it counts: the cell is then cut whole.
 pub const TOUCHED: f64 = 0.05;
 
+/// Part of the section of a cell above which a triangle of a surface meets it. Less is rounding.
+const MET: f64 = 1e-9;
+
 /// Number of corners of the polygon that stands for a disc.
 const SIDES: usize = 32;
 
@@ -113,8 +116,8 @@ impl Fracture {
         area_vector(&clipped(self.corners.clone(), half_spaces)).norm()
     }
 
-    /// True if the fracture covers more than a small part of the section of a cell.
-    fn touches(&self, complex: &CellComplex, cell: usize) -> bool {
+    /// True if the fracture covers more than a share of the section of a cell.
+    fn touches(&self, complex: &CellComplex, cell: usize, share: f64) -> bool {
         let faces = &complex.cells()[cell].faces;
         let corners = || faces.iter().flat_map(|face| &face.corners);
         let at = |&corner: &u32| complex.points()[corner as usize];
@@ -141,7 +144,7 @@ impl Fracture {
         let square = [(2.0, 2.0), (-2.0, 2.0), (-2.0, -2.0), (2.0, -2.0)];
         let square = square.map(|(a, b)| middle + (first * a + second * b) * reach).to_vec();
         let section = area_vector(&clipped(square, &half_spaces)).norm();
-        covered > TOUCHED * section
+        covered > share * section
     }
 }
 
@@ -180,6 +183,16 @@ impl CellComplex {
     /// Cuts cells by fractures, the largest first. A cell of whose section a fracture covers more
     /// than [`TOUCHED`] is cut whole; [`CellComplex::covers`] tells the parts of its new faces apart.
     pub fn cut_fractures(&mut self, fractures: &[Fracture], allowed: Vec<bool>) -> CutCount {
+        self.cut_covered(fractures, allowed, TOUCHED)
+    }
+
+    /// Cuts all cells that the triangles of a surface meet by the planes of the triangles. No cell
+    /// then lies on both sides of the surface.
+    pub fn cut_surface(&mut self, triangles: &[Fracture], allowed: Vec<bool>) -> CutCount {
+        self.cut_covered(triangles, allowed, MET)
+    }
+
+    fn cut_covered(&mut self, fractures: &[Fracture], allowed: Vec<bool>, share: f64) -> CutCount {
         let mut order: Vec<&Fracture> = fractures.iter().collect();
         order.sort_by(|a, b| b.radius.total_cmp(&a.radius));
         let mut cutting = self.cutting(allowed);
@@ -188,7 +201,7 @@ impl CellComplex {
             let before = cutting.count.divisions;
             let bounds = AxisBox::around(fracture.corners.iter());
             self.cut_one(&fracture.plane, Some(&bounds), &mut cutting, &mut |complex, cell| {
-                if fracture.touches(complex, cell) { CellCut::Cut } else { CellCut::Leave }
+                if fracture.touches(complex, cell, share) { CellCut::Cut } else { CellCut::Leave }
             });
             if cutting.count.divisions > before {
                 self.fractures.insert(plane, fracture.clone());

@@ -53,5 +53,5 @@ pub use parts::{CellPart, PartPoint};
 pub use plane::{Compass, CutPlane, PlaneSource, sin_cos_degrees};
 pub use polyhedron::{Polyhedron, ShapeError, prism};
 pub use random::RandomStream;
-pub use stability::{BlockMotion, JointFace, merged_faces};
+pub use stability::{FirstMotion, JointFace, merged_faces};
 pub use tunnel::Tunnel;

@@ -20,7 +20,7 @@ pub struct JointFace {
 
 /// First motion of a block that its weight moves without friction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BlockMotion {
+pub struct FirstMotion {
     /// Faces on which it slides, none if it falls: their numbers and normal forces `[N]`.
     pub on: [Option<(usize, f64)>; 2],
     /// Unit vector of the motion.
@@ -48,7 +48,7 @@ pub fn merged_faces(faces: &[JointFace]) -> Vec<JointFace> {
     merged
 }
 
-impl BlockMotion {
+impl FirstMotion {
     /// Motion of a block with faces on joints under a force `[N]`; `None` if the joints keep it in
     /// place even without friction. All faces have different normals.
     ///

@@ -1,6 +1,6 @@
 //! Block theory: wedges in closed form, and random blocks against all directions.
 
-use ddem_cut::{BlockMotion, Compass, JointFace, RandomStream, merged_faces};
+use ddem_cut::{Compass, FirstMotion, JointFace, RandomStream, merged_faces};
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
@@ -27,7 +27,7 @@ fn slide(orientations: WedgePlanes, height: f64, cohesion: f64) -> WedgeResult {
     let faces =
         |cohesion: f64| [0, 1].map(|side| face(-normals[side], areas[side], cohesion, 30.0));
     let weight = volume * 2600.0 * 9.81;
-    let motion = BlockMotion::new(&(-Vector3::z() * weight), &faces(0.0)).unwrap();
+    let motion = FirstMotion::new(&(-Vector3::z() * weight), &faces(0.0)).unwrap();
     let [Some((0, a)), Some((1, b))] = motion.on else { panic!("{motion:?}") };
     let [plunge, trend] = Compass::default().plunge_trend(&motion.direction);
     let factors = [0.0, cohesion].map(|cohesion| motion.factor(&faces(cohesion)));
@@ -63,23 +63,23 @@ fn blocks_fall_slide_or_stay() {
         // The outward normals of a wedge in the roof point up.
         face(Compass::default().normal(60.0, direction), 1.0, 1e5, 30.0)
     });
-    let falls = BlockMotion::new(&down, &roof).unwrap();
+    let falls = FirstMotion::new(&down, &roof).unwrap();
     assert_eq!((falls.on, falls.factor(&roof)), ([None, None], 0.0));
     assert!((falls.direction + Vector3::z()).norm() < 1e-15);
     // In the floor they hold it.
     let floor = roof.map(|of| JointFace { normal: -of.normal, ..of });
-    assert_eq!(BlockMotion::new(&down, &floor), None);
+    assert_eq!(FirstMotion::new(&down, &floor), None);
     // On a plane of 50°: F = c A / (W sin 50°) + tan φ / tan 50°.
     let plane = [face(-Compass::default().normal(50.0, 90.0), 2.0, 1e3, 20.0)];
-    let slides = BlockMotion::new(&down, &plane).unwrap();
+    let slides = FirstMotion::new(&down, &plane).unwrap();
     let dip = 50_f64.to_radians();
     let exact = 2e3 / (1e4 * libm::sin(dip)) + libm::tan(20_f64.to_radians()) / libm::tan(dip);
     assert!((slides.factor(&plane) - exact).abs() < 1e-14);
     let [plunge, trend] = Compass::default().plunge_trend(&slides.direction);
     assert!((plunge - 50.0).abs() < 1e-12 && (trend - 90.0).abs() < 1e-12);
     // Level ground holds, and so does a block without weight.
-    assert_eq!(BlockMotion::new(&down, &[face(-Vector3::z(), 1.0, 0.0, 0.0)]), None);
-    assert_eq!(BlockMotion::new(&Vector3::zeros(), &plane), None);
+    assert_eq!(FirstMotion::new(&down, &[face(-Vector3::z(), 1.0, 0.0, 0.0)]), None);
+    assert_eq!(FirstMotion::new(&Vector3::zeros(), &plane), None);
 }
 
 #[test]
@@ -107,7 +107,7 @@ proptest! {
         let faces: Vec<JointFace> =
             (0..n).map(|_| face(any_vector(&mut numbers).normalize(), 1.0, 0.0, 30.0)).collect();
         let force = any_vector(&mut numbers).normalize();
-        let motion = BlockMotion::new(&force, &faces);
+        let motion = FirstMotion::new(&force, &faces);
         let most = motion.map_or(0.0, |motion| motion.driving);
         if let Some(motion) = motion {
             prop_assert!(most > 0.0);

@@ -2,7 +2,7 @@
 
 use super::selection::dips;
 use super::{ErrorCode, Faults, Rule, blocks, shown};
-use crate::schema::{Deck, DiscCut, DiscSizes, NetworkCut, RockCut, TIED};
+use crate::schema::{Deck, DiscCut, DiscSizes, FileOf, NetworkCut, RockCut, TIED, Triangles};
 use ddem_cut::{Fracture, ShapeError};
 
 /// Largest exponent of a power law: of larger ones hardly any radius differs from the least.
@@ -18,19 +18,39 @@ pub(super) fn check(deck: &Deck, at: &str, cut: &RockCut, faults: &mut Faults) {
     if let Some(network) = &cut.dfn {
         self::network(&format!("{at}.dfn"), network, faults);
     }
+    if let Some(file) = &cut.surface {
+        surface(&format!("{at}.surface"), file, faults);
+    }
     let persistence = cut.set.as_ref().and_then(|set| set.persistence);
     faults.optional(format!("{at}.set.persistence"), persistence, Rule::Within(0.0, 1.0));
     let Some(bridge) = &cut.bridge else { return };
     let place = format!("{at}.bridge");
-    let finite = cut.disc.is_some() || cut.polygon.is_some() || cut.dfn.is_some();
+    let finite =
+        cut.surface.is_some() || cut.disc.is_some() || cut.polygon.is_some() || cut.dfn.is_some();
     if cut.join || (!finite && persistence.is_none_or(|share| share >= 1.0)) {
         let message = "the cut leaves no bridges of rock between joints";
-        let help =
-            "a `disc`, a `polygon`, a `dfn` and a `set` with `persistence` below 1 leave some";
+        let help = "a `disc`, a `polygon`, a `dfn`, a `surface` and a `set` with `persistence` below 1 leave some";
         faults.add_help(ErrorCode::IneffectiveKey, place, message, help);
     } else if bridge != TIED {
         blocks::joint(deck, place, bridge, faults);
     }
+}
+
+/// Checks a surface, which may be open.
+fn surface(at: &str, file: &FileOf<Triangles>, faults: &mut Faults) {
+    let Some(triangles) = &file.content else {
+        return super::selection::unread(at, &file.path, faults);
+    };
+    let path = &file.path;
+    let finite = triangles.0.iter().flatten().flatten().all(|number| number.is_finite());
+    let message = if !finite {
+        format!("`{path}` has a corner that is not a finite number")
+    } else if triangles.mesh().triangles.is_empty() {
+        format!("`{path}` has no triangle")
+    } else {
+        return;
+    };
+    faults.add_help(ErrorCode::InvalidFile, at, message, "write the STL file again");
 }
 
 fn disc(at: &str, disc: &DiscCut, faults: &mut Faults) {

@@ -165,6 +165,7 @@ fn cut(deck: &Deck, at: &str, cut: &RockCut, faults: &mut Faults) {
         ("disc", cut.disc.is_some()),
         ("polygon", cut.polygon.is_some()),
         ("dfn", cut.dfn.is_some()),
+        ("surface", cut.surface.is_some()),
         ("tunnel", cut.tunnel.is_some()),
     ];
     let help = "a cut is a set of planes, one plane, fractures of finite size, or a tunnel";

@@ -25,6 +25,10 @@ pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
             contents.insert(path.clone(), numbers);
         }
     }
+    for (_, FileOf { path, content }) in deck.surfaces_mut() {
+        let corners = content.iter().flat_map(|content| &content.0).flatten();
+        contents.insert(path.clone(), corners.flatten().copied().collect());
+    }
     for (_, FileOf { path, content }) in deck.networks_mut() {
         let rows = content.iter().flat_map(|content| &content.0);
         contents.insert(path.clone(), rows.flatten().copied().collect());
@@ -51,6 +55,11 @@ pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> 
                 }
             }
         }
+    }
+    for (_, file) in deck.surfaces_mut() {
+        let numbers = contents.get(&file.path);
+        file.content = numbers.map(|numbers| Arc::new(triangles_of(numbers)));
+        all &= file.content.is_some();
     }
     for (_, file) in deck.networks_mut() {
         let numbers = contents.get(&file.path);

@@ -40,6 +40,13 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
             }));
         }
     }
+    for (place, file) in deck.surfaces_mut() {
+        let wrong = fill(file, folder, &mut surfaces, triangles);
+        faults.extend(wrong.err().map(|mut fault| {
+            fault.place = place;
+            fault
+        }));
+    }
     let mut tables = BTreeMap::new();
     for (place, file) in deck.networks_mut() {
         let wrong = fill(file, folder, &mut tables, fractures);
@@ -89,6 +96,9 @@ pub fn join_paths(deck: &mut Deck, folder: &Path) {
             };
             *path = folder.join(&*path).to_string_lossy().into_owned();
         }
+    }
+    for (_, FileOf { path, .. }) in deck.surfaces_mut() {
+        *path = folder.join(&*path).to_string_lossy().into_owned();
     }
     for (_, FileOf { path, .. }) in deck.networks_mut() {
         *path = folder.join(&*path).to_string_lossy().into_owned();

@@ -163,6 +163,12 @@ impl Deck {
         selectors!(self, iter, as_ref, shared)
     }
 
+    /// Surfaces that cut, each with its place in the deck.
+    pub fn surfaces_mut(&mut self) -> impl Iterator<Item = (String, &mut FileOf<Triangles>)> {
+        let cuts = self.cut.iter_mut().enumerate();
+        cuts.filter_map(|(i, cut)| Some((format!("cut[{i}].surface"), cut.surface.as_mut()?)))
+    }
+
     /// Files of networks of fractures, each with its place in the deck.
     pub fn networks_mut(&mut self) -> impl Iterator<Item = (String, &mut FileOf<FractureTable>)> {
         let cuts = self.cut.iter_mut().enumerate();

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Body, DiscCut, NetworkCut, Where};
+use super::{Body, DiscCut, FileOf, NetworkCut, Triangles, Where};
 
 /// Part of the rock that cuts divide: a box, a prism, or a convex polyhedron.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -164,6 +164,10 @@ pub struct RockCut {
     /// another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dfn: Option<NetworkCut>,
+    /// Triangles of an STL file, whose path is relative to the folder of the deck: the plane of each
+    /// cuts the cells that it meets; needed without another shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub surface: Option<FileOf<Triangles>>,
     /// Sides and ends of a tunnel or shaft, `{ outline, from, to }`, which cut the cells that it
     /// touches; needed without another shape.
     #[serde(skip_serializing_if = "Option::is_none")]

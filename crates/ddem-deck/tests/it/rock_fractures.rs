@@ -287,3 +287,88 @@ fn wrong_tables_of_fractures() {
     found.push(of_table(b"1,1,1,0,0,1\n", ", size = 1").map(|_| ()).expect_err("a message"));
     insta::assert_snapshot!(found.join("\n"));
 }
+
+/// A surface of quadrilaterals, each split into two triangles, as STL.
+fn stl(quads: &[[[f64; 3]; 4]]) -> String {
+    let corner = |[x, y, z]: [f64; 3]| format!("vertex {x} {y} {z}\n");
+    let facet = |corners: [[f64; 3]; 3]| {
+        format!(
+            "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n",
+            corners.map(corner).concat()
+        )
+    };
+    let both = |&[a, b, c, d]: &[[f64; 3]; 4]| facet([a, b, c]) + &facet([a, c, d]);
+    format!("solid surface\n{}endsolid surface\n", quads.iter().map(both).collect::<String>())
+}
+
+/// Sides of an L of six corners along y, from 0.5 to 3.5, with a slanted edge.
+fn angle() -> Vec<[[f64; 3]; 4]> {
+    let outline = [[0.5, 0.25], [3.5, 0.25], [3.25, 0.75], [1.5, 0.75], [1.5, 1.75], [0.5, 1.75]];
+    let at = |i: usize, y: f64| [outline[i % 6][0], y, outline[i % 6][1]];
+    let mut quads: Vec<_> =
+        (0..6).map(|i| [at(i, 0.5), at(i + 1, 0.5), at(i + 1, 3.5), at(i, 3.5)]).collect();
+    for y in [0.5, 3.5] {
+        quads.push([at(0, y), at(1, y), at(2, y), at(3, y)]);
+        quads.push([at(0, y), at(3, y), at(4, y), at(5, y)]);
+    }
+    quads
+}
+
+fn of_surface(content: &str, more: &str) -> Result<CutRock, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("deck.toml");
+    fs::write(&path, text("joint = 'minor'", &format!("[[cut]]\nsurface = 'body.stl'\n{more}")))
+        .unwrap();
+    fs::write(folder.path().join("body.stl"), content).unwrap();
+    let read = read(&path).map_err(|error| {
+        let text = error.to_string().replace(&*folder.path().to_string_lossy(), "DIR");
+        text.lines().last().unwrap().to_owned()
+    });
+    read?.0.cut_regions().map_err(|error| error.to_string())
+}
+
+#[test]
+fn surfaces_divide_the_rock_exactly() {
+    let remove = "join = true\n[[remove]]\nwhere = { inside = 'body.stl' }\n";
+    let rock = of_surface(&stl(&angle()), remove).unwrap();
+    let inside = rock.verdicts().into_iter().zip(&rock.properties);
+    let inside = inside.filter(|(verdict, _)| verdict.mode == ddem_deck::BlockMode::Removed);
+    let volume: f64 = inside.map(|(_, cell)| cell.volume).sum();
+    // A rectangle of 3 m × 0.5 m without a triangle, and one of 1 m × 1 m above, 3 m long.
+    let exact = 3.0 * (3.0 * 0.5 - 0.25 * 0.5 / 2.0 + 1.0);
+    assert!((volume - exact).abs() < 1e-12, "{volume} {exact}");
+    let all: f64 = rock.properties.iter().map(|cell| cell.volume).sum();
+    assert!((all - 32.0).abs() < 1e-12);
+    // Columns stay blocks: the surface makes no joint.
+    assert_eq!(rock.blocks.iter().max(), Some(&15));
+    // An open surface: a ridge over the whole box.
+    let roof = |x: [f64; 2], z: [f64; 2]| {
+        [[x[0], 0.0, z[0]], [x[1], 0.0, z[1]], [x[1], 4.0, z[1]], [x[0], 4.0, z[0]]]
+    };
+    let ridge = [roof([0.0, 2.0], [0.5, 1.5]), roof([2.0, 4.0], [1.5, 0.5])];
+    let rock = of_surface(&stl(&ridge), "join = true\n").unwrap();
+    let below = rock.properties.iter().filter(|cell| {
+        let x = cell.centroid;
+        x.z < 1.5 - (x.x - 2.0).abs() / 2.0
+    });
+    let below: f64 = below.map(|cell| cell.volume).sum();
+    assert!((below - 16.0).abs() < 1e-12, "{below}");
+    assert_eq!(rock.properties.len(), 32);
+}
+
+#[test]
+fn wrong_surfaces() {
+    let far = angle().into_iter().map(|quad| quad.map(|[x, y, z]| [x + 9.0, y, z]));
+    let mut found = Vec::new();
+    for (content, more) in [
+        ("solid surface\nendsolid surface\n", "join = true\n"),
+        (&*stl(&angle()).replace("3.25", "nan"), "join = true\n"),
+        (&*stl(&far.collect::<Vec<_>>()), "join = true\n"),
+        ("x", "join = true\n"),
+        (&*stl(&angle()), ""),
+    ] {
+        let message = of_surface(content, more).map(|_| ()).expect_err("a message");
+        found.push(message);
+    }
+    insta::assert_snapshot!(found.join("\n"));
+}

@@ -91,6 +91,9 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
                         rock.cut_persistent(planes, allowed, (share, bridges), numbers)
                     }
                 },
+                CutShape::Fractures(triangles) if entry.surface.is_some() => {
+                    rock.cut_surface(triangles, allowed)
+                }
                 CutShape::Fractures(fractures) => rock.cut_fractures(fractures, allowed),
                 CutShape::Tunnel(tunnel) => rock.cut_tunnel(tunnel, allowed),
             };
@@ -320,6 +323,9 @@ fn without_effect(
     }
     if entry.plane.is_some() {
         return Some(fault("plane", "the plane divides no cell"));
+    }
+    if entry.surface.is_some() {
+        return Some(fault("surface", "the surface meets no cell"));
     }
     let fractures = [
         ("disc", entry.disc.is_some()),

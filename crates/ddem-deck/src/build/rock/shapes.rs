@@ -76,6 +76,14 @@ pub(super) fn fractures(
         let corners: Vec<Vec3> = corners.iter().map(|corner| Vec3::from(*corner)).collect();
         return Some(vec![Fracture::polygon(&corners, by).ok()?]);
     }
+    if let Some(file) = &entry.surface {
+        let triangles = file.content.iter().flat_map(|content| &content.0);
+        let triangles = triangles.map(|corners| corners.map(Vec3::from));
+        // Triangles without area have no plane.
+        return Some(
+            triangles.filter_map(|corners| Fracture::polygon(&corners, by).ok()).collect(),
+        );
+    }
     let of = entry.dfn.as_ref()?;
     let mut all = match &of.file {
         Some(file) => {

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use ddem_core::problem::Vec3;
-use ddem_cut::{BlockMotion, CommonFace, Compass, JointFace, PlaneSource, merged_faces};
+use ddem_cut::{CommonFace, Compass, FirstMotion, JointFace, PlaneSource, merged_faces};
 
 use super::CutRock;
 use super::blocks::sets;
@@ -19,19 +19,19 @@ const GRAVITY: f64 = 9.81;
 /// Verdict of block theory on a block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BlockMode {
-    /// No face is free.
+    /// Block without a free face.
     Buried,
-    /// A support, a bridge of rock, or the rock around the regions holds it.
+    /// Block that a support, a bridge of rock, or the rock around the regions holds.
     Held,
-    /// The joints keep it in place, whatever their strength.
+    /// Block that the joints keep in place, whatever their strength.
     Keyed,
-    /// It falls away from all joints.
+    /// Fall away from all joints.
     Falls,
-    /// It slides on one joint.
+    /// Sliding on one joint.
     SlidesOnOne,
-    /// It slides on two joints, along their line.
+    /// Sliding on two joints, along their line.
     SlidesOnTwo,
-    /// It is excavated.
+    /// Excavated block.
     Removed,
 }
 
@@ -270,7 +270,7 @@ impl Surroundings {
             JointFace { normal: joint.normal, area: joint.area, cohesion, tan_friction }
         };
         let faces = merged_faces(&self.joints.iter().map(face).collect::<Vec<_>>());
-        let Some(motion) = BlockMotion::new(&self.weight, &faces) else {
+        let Some(motion) = FirstMotion::new(&self.weight, &faces) else {
             return BlockVerdict::still(BlockMode::Keyed);
         };
         let normals = || motion.on.iter().flatten().map(|(number, _)| faces[*number].normal);
