@@ -64,7 +64,7 @@ impl DiscSize {
         }
     }
 
-    /// Mean of the square of the radius, E[r²] `[m²]`.
+    /// Mean of the square of the radius `[m²]`.
     #[must_use]
     pub fn mean_square(&self) -> f64 {
         match *self {
