@@ -136,6 +136,35 @@ fn a_wedge_falls_out_of_a_roof() {
     assert_eq!(at(&buried, [0.0, 0.0, 0.3]).mode, BlockMode::Falls);
 }
 
+/// A slice between two smooth walls slides on one joint, behind a crack and out of a cut.
+#[test]
+fn smooth_walls_guide_a_block() {
+    let (materials, _) = SLOPE.split_once("[[region]]").unwrap();
+    let text = format!(
+        "{materials}[[region]]\nbox = {{ from = [0, 0, 0], to = [10, 1, 10] }}\nmaterial = 'granite'
+[[cut]]\nplane = {{ dip = 30, dip_direction = 90, through = [10, 0, 2] }}\njoint = 'one'
+[[cut]]\nplane = {{ dip = 90, dip_direction = 90, through = [2, 0, 0] }}\njoint = 'other'
+[[cut]]\nplane = {{ dip = 90, dip_direction = 90, through = [8, 0, 0] }}\njoin = true
+[[remove]]\nwhere = {{ x = [8, 10] }}
+[[fix]]\nwhere = {{ y = 0 }}\naxes = 'y'\n[[fix]]\nwhere = {{ y = 1 }}\naxes = 'y'\n"
+    );
+    let slides = at(&text, [5.0, 0.5, 9.0]);
+    assert_eq!((slides.mode, &slides.on[..]), (BlockMode::SlidesOnOne, &[0][..]));
+    let (dip, friction) = (30_f64.to_radians(), 30_f64.to_radians());
+    let (area, volume) = (6.0 / dip.cos(), 48.0 - 30.0 * dip.tan());
+    let weight = volume * 2600.0 * 9.81;
+    let exact = friction.tan() / dip.tan() + 20e3 * area / (weight * dip.sin());
+    assert!((slides.factor.unwrap() / exact - 1.0).abs() < 1e-12, "{slides:?} {exact}");
+    let [plunge, trend] = slides.plunge_trend.unwrap();
+    assert!((plunge - 30.0).abs() < 1e-9 && (trend - 90.0).abs() < 1e-9);
+    assert_eq!(
+        at(&text.replace("axes = 'y'", "axes = 'xy'"), [5.0, 0.5, 9.0]).mode,
+        BlockMode::Held
+    );
+    let open = text.split("[[fix]]").next().unwrap();
+    assert_eq!(at(open, [5.0, 0.5, 9.0]).mode, BlockMode::Held);
+}
+
 /// Rock beside a fracture holds the face unless the fracture covers all of it, or a joint bridges it.
 #[test]
 fn bridges_hold_or_slide() {

@@ -65,13 +65,13 @@ pub struct BlockVerdict {
     pub on: Vec<u32>,
 }
 
-/// Face of a block on a joint, with the number of the cut; the strength is `None` if there is no
-/// linear one.
+/// Face of a block on a joint, with the number of the cut, or on a smooth wall without one; the
+/// strength is `None` if there is no linear one.
 #[derive(Clone, Copy)]
 struct ExposedJoint {
     normal: Vec3,
     area: f64,
-    cut: u32,
+    cut: Option<u32>,
     strength: Option<[f64; 2]>,
 }
 
@@ -89,7 +89,7 @@ struct FirstStage<'a> {
     rock: &'a CutRock,
     removed: Vec<bool>,
     /// Supports from the start.
-    fixed: Vec<Selector>,
+    fixed: Vec<(Selector, &'a str)>,
     /// Joints from the start: their selectors, cuts and names.
     assigned: Vec<(Selector, Option<&'a String>, &'a String)>,
 }
@@ -145,7 +145,7 @@ impl<'a> FirstStage<'a> {
             }
         }
         let fixed = deck.fix.iter().filter(|entry| entry.from.is_none());
-        let fixed = fixed.map(|entry| select(&entry.r#where)).collect();
+        let fixed = fixed.map(|entry| (select(&entry.r#where), entry.axes.as_str())).collect();
         let assigned = deck.assign.iter().filter(|entry| entry.from.is_none());
         let assigned = assigned
             .filter_map(|entry| {
@@ -205,17 +205,31 @@ impl<'a> FirstStage<'a> {
             return;
         }
         let corners = || face.corners.iter().map(|&corner| complex.points()[corner as usize]);
-        let holds = |selector: &Selector| match selector.planes() {
+        let holds = |(selector, _): &&(Selector, &str)| match selector.planes() {
             0 => self.rock.selects(selector, cell),
             _ => {
                 selector.has_set(complex.cells()[cell].region as usize)
                     && corners().all(|x| selector.contains(&x))
             }
         };
-        let up = complex.outward(face).z > UPWARD;
-        let held = !up || self.fixed.iter().any(holds);
-        block.held |= held;
-        block.free |= !held;
+        let normal = complex.outward(face);
+        let mut supports = self.fixed.iter().filter(holds).map(|(_, axes)| *axes).peekable();
+        if supports.peek().is_none() {
+            let free = normal.z > UPWARD;
+            block.free |= free;
+            block.held |= !free;
+        } else if supports.all(|axes| is_smooth(axes, &normal)) {
+            // The block can neither leave the wall nor enter it.
+            let wall = |normal: Vec3| ExposedJoint {
+                normal,
+                area: face.area(complex.points()).norm(),
+                cut: None,
+                strength: Some([0.0; 2]),
+            };
+            block.joints.extend([wall(normal), wall(-normal)]);
+        } else {
+            block.held = true;
+        }
     }
 
     /// Joint of a common face with the normal out of its first cell; `None` if rock holds it.
@@ -246,8 +260,14 @@ impl<'a> FirstStage<'a> {
             }
         }
         let strength = rock.deck.joints.get(name).and_then(strength);
-        Some(ExposedJoint { normal, area: complex.common_area(common), cut, strength })
+        Some(ExposedJoint { normal, area: complex.common_area(common), cut: Some(cut), strength })
     }
+}
+
+/// True if a support along some axes holds a face along its normal alone.
+fn is_smooth(axes: &str, normal: &Vec3) -> bool {
+    let axis = ["x", "y", "z"].into_iter().position(|axis| axis == axes);
+    axis.is_some_and(|axis| normal[axis].abs() > 1.0 - 1e-12)
 }
 
 /// Cohesion `[Pa]` and tangent of the friction angle of a joint that fails by Mohr and Coulomb.
@@ -279,10 +299,14 @@ impl Surroundings {
                 joint.area > 0.0 && normals().any(|normal| (normal - joint.normal).norm() < 1e-9)
             })
         };
-        let mut on: Vec<u32> = below().map(|joint| joint.cut).collect();
+        let mut on: Vec<u32> = below().filter_map(|joint| joint.cut).collect();
         on.sort_unstable();
         on.dedup();
-        let mode = match normals().count() {
+        let is_joint = |normal: &Vec3| {
+            let of = |joint: &ExposedJoint| (normal - joint.normal).norm() < 1e-9;
+            self.joints.iter().any(|joint| joint.cut.is_some() && of(joint))
+        };
+        let mode = match normals().filter(is_joint).count() {
             0 => BlockMode::Falls,
             1 => BlockMode::SlidesOnOne,
             _ => BlockMode::SlidesOnTwo,
