@@ -91,13 +91,14 @@ impl Simulation {
         let deep = *deepest > 0.25 * contact_model.shortest;
         for (patch, depth) in patches.iter().filter(|_| deep).map(|patch| (patch, patch.depth())) {
             let blocks = patch.blocks.map(|block| block as usize);
-            let edges = blocks.map(|block| self.model.geometry.shortest_edge(block));
+            let edges = blocks.map(|block| contact_model.depth(&self.model.geometry, block));
             let edge = edges[0].min(edges[1]);
             if depth > 0.25 * edge {
                 let sets = Box::new(blocks.map(|block| self.model.set_name(block)));
                 let (step, time) = (self.state.steps, self.state.time);
                 let driven = blocks.iter().find_map(|&block| Some((self.driver(block)?, block)));
                 let relaxes = self.motion.fictitious;
+                let blocks = blocks.map(|block| self.model.whole_block(block));
                 return Err(RunError::DeepPenetration {
                     blocks,
                     sets,
@@ -141,6 +142,7 @@ impl Simulation {
         }
         let (step, time) = (self.state.steps, self.state.time);
         let (set, driven) = (self.model.set_name(block), self.driver(block));
+        let block = self.model.whole_block(block);
         Err(RunError::BlockTooFast { block, set, step, time, distance, edge, driven })
     }
 
