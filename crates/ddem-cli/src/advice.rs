@@ -30,7 +30,6 @@ fn folder(error: &FolderError) -> &'static str {
         FolderError::ForeignFile { .. } => ": give another --out or delete the file",
         FolderError::NotAFolder { .. } => ": give another --out",
         FolderError::InUse { .. } => ": wait until it has finished or give another --out",
-        FolderError::NothingToResume { .. } => ": run without --resume",
         FolderError::DeckChanged { .. } => ": restore it, or run without --resume to start over",
         FolderError::NotWritable { source } => match room(source) {
             "" => ": give another --out",

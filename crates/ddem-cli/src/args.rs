@@ -2,6 +2,7 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{Args, CommandFactory, Parser, Subcommand};
@@ -12,6 +13,9 @@ use ddem_io::folder::Earlier;
 /// Largest number of threads that `--threads` accepts, more than any machine has. Starting even
 /// more would only waste time.
 const MOST_THREADS: usize = 1024;
+
+/// Default wall time between checkpoints, as `--checkpoint-every` has it.
+const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 
 /// Three-dimensional deformable block discrete element method for jointed rock.
 #[derive(Debug, Parser)]
@@ -150,12 +154,15 @@ pub(crate) struct RunArguments {
     /// Build the model, report its size, memory and run time, and stop
     #[arg(long)]
     pub(crate) check: bool,
-    /// Continue from the checkpoint in the folder of the results
+    /// Continue from the checkpoint in the folder of the results; without one, start
     #[arg(long)]
     pub(crate) resume: bool,
     /// Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
     #[arg(long, conflicts_with = "resume")]
     pub(crate) overwrite: bool,
+    /// Wall time between checkpoints within a stage, which does not change the results
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "60")]
+    pub(crate) checkpoint_every: Duration,
     /// Measure the time of each phase of the steps, and print it at the end of each stage
     #[arg(long)]
     pub(crate) profile: bool,
@@ -195,6 +202,10 @@ impl RunArguments {
         }
         if let Some(threads) = self.threads {
             command += &format!(" --threads {threads}");
+        }
+        if self.checkpoint_every != CHECKPOINT_EVERY {
+            let seconds = self.checkpoint_every.as_secs_f64();
+            command += &format!(" --checkpoint-every {seconds}");
         }
         if self.profile {
             command += " --profile";
@@ -252,6 +263,11 @@ fn threads(text: &str) -> Result<usize, String> {
              each processor"
         )),
     }
+}
+
+fn seconds(text: &str) -> Result<Duration, String> {
+    let duration = text.parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+    duration.ok_or_else(|| "expected a number of seconds, such as 60".to_owned())
 }
 
 fn simd(text: &str) -> Result<Simd, String> {
@@ -317,6 +333,10 @@ mod tests {
         assert_eq!(
             command(&["ddem", "beam.toml", "--profile"]),
             "ddem beam.toml --profile --resume"
+        );
+        assert_eq!(
+            command(&["ddem", "beam.toml", "--checkpoint-every", "2.5"]),
+            "ddem beam.toml --checkpoint-every 2.5 --resume"
         );
         assert_eq!(command(&["ddem", "--", "-x"]), "ddem ./-x --resume");
     }

@@ -152,6 +152,7 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     options.earlier = args.earlier();
     options.simd = args.simd.unwrap_or_default();
     options.profile = args.profile;
+    options.checkpoint_every = args.checkpoint_every;
 
     let screen = Screen::new(args.quiet);
     let stop = stop_on_interrupt(&screen);
@@ -184,7 +185,7 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     }
 }
 
-/// Flag that Ctrl-C sets. A second Ctrl-C ends the program.
+/// Flag that Ctrl-C sets, and the signals by which systems end programs. A second Ctrl-C ends the program.
 fn stop_on_interrupt(screen: &Screen) -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let (raised, screen) = (Arc::clone(&stop), screen.clone());

@@ -140,6 +140,18 @@ impl Observer for Watcher {
                 let folder = folder.display();
                 self.screen.line(&format!("earlier results were moved to {folder}"));
             }
+            Event::NothingSaved(folder) => {
+                let folder = folder.display();
+                self.screen.line(&format!(
+                    "nothing was saved in {folder} yet: the run starts from the beginning"
+                ));
+            }
+            Event::DamagedCheckpoint(reason) => {
+                self.screen.line(reason);
+                self.screen.line(
+                    "the run continues from the checkpoint before it, checkpoint-previous.h5",
+                );
+            }
             Event::Warning(warning) => self.screen.line(&format!("warning: {warning}")),
             Event::StageStarted(progress) => self.stage_started(progress),
             Event::Progress(progress) => self.progress(progress),

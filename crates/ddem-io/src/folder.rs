@@ -4,15 +4,15 @@
 //! the results of another, and a resumed run from continuing with a changed deck. A new run moves
 //! earlier results to a folder beside it.
 
-use std::fs::{self, File, TryLockError};
-use std::io::{Read, Write};
+mod marker;
+
+use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use ddem_core::ErrorCode;
-use serde::{Deserialize, Serialize};
-
+use self::marker::{Marker, create_marker, find_marker, write_marker};
 use crate::output_error::OutputError;
 use crate::replace::temporary;
+use ddem_core::ErrorCode;
 
 const MARKER: &str = "ddem.json";
 const BLOCKS: &str = "blocks.vtkhdf";
@@ -26,8 +26,13 @@ const FRAMES: &str = "frames.csv";
 /// Name of the summary in a folder of results.
 pub const SUMMARY: &str = "summary.json";
 pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
-const RESULTS: [&str; 10] =
-    [BLOCKS, CELLS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES, SUMMARY, CHECKPOINT];
+const PREVIOUS: &str = "checkpoint-previous.h5";
+/// Names of all results. Checkpoints come first: they are removed before the files that they continue, and moved after
+/// them.
+const RESULTS: [&str; 11] = [
+    CHECKPOINT, PREVIOUS, BLOCKS, CELLS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES,
+    SUMMARY,
+];
 
 /// Reason why a folder cannot take the results; nothing was written. The message states the fact only: the remedy
 /// depends on the program's options for the folder and [`Earlier`].
@@ -115,8 +120,11 @@ pub enum Earlier {
     Keep,
     /// Earlier results are removed if they belong to the same deck, by file name and title.
     Overwrite,
-    /// The run continues them; the text of the deck must be the same.
+    /// The run continues them; the text of the deck must be the same. Without a checkpoint, as after a kill in its first
+    /// second, it starts from the beginning.
     Resume,
+    /// The session that wrote them continues them; the checkpoint must be there.
+    Reopen,
 }
 
 /// Folder that is ready for results. While this value exists, no other run can use the folder.
@@ -126,14 +134,6 @@ pub struct Folder {
     kept: Option<PathBuf>,
     /// Holds the lock.
     _marker: File,
-}
-
-/// Contents of the marker file.
-#[derive(Debug, PartialEq, Serialize, Deserialize)]
-struct Marker {
-    deck: String,
-    title: String,
-    text: String,
 }
 
 /// Prepares the folder at `out` for the results of a deck, and creates it if necessary. Files that
@@ -156,18 +156,23 @@ pub fn prepare(
     let wanted =
         Marker { deck: deck_name.to_owned(), title: title.to_owned(), text: deck_text.to_owned() };
     let found = find_marker(&path)?;
-    check(&path, found.as_ref().map(|f| &f.1), &wanted, earlier)?;
+    check(&path, found.as_ref().and_then(|(_, marker)| marker.as_ref()), &wanted, earlier)?;
     fs::create_dir_all(&path).map_err(|e| not_writable(&path, "creating", e))?;
     try_writing(&path)?;
     let kept = match (earlier, &found) {
-        (Earlier::Keep, Some((_, marker))) => keep(&path, marker)?,
+        (Earlier::Keep, Some((_, Some(marker)))) => keep(&path, marker)?,
         _ => None,
     };
     let mut file = match found {
         Some((file, _)) => file,
         None => create_marker(&path)?,
     };
-    if earlier != Earlier::Resume {
+    let resumes = match earlier {
+        Earlier::Keep | Earlier::Overwrite => false,
+        Earlier::Resume => has_checkpoint(&path),
+        Earlier::Reopen => true,
+    };
+    if !resumes {
         remove_results(&path)?;
         write_marker(&path, &mut file, &wanted)?;
     }
@@ -234,6 +239,16 @@ impl Folder {
     pub fn checkpoint(&self) -> PathBuf {
         self.path.join(CHECKPOINT)
     }
+
+    /// `checkpoint-previous.h5`.
+    pub fn previous_checkpoint(&self) -> PathBuf {
+        self.path.join(PREVIOUS)
+    }
+}
+
+/// True if a folder has a checkpoint from which a run can continue.
+pub(crate) fn has_checkpoint(folder: &Path) -> bool {
+    [CHECKPOINT, PREVIOUS].iter().any(|name| folder.join(name).exists())
 }
 
 fn not_writable(path: &Path, operation: &'static str, source: std::io::Error) -> FolderError {
@@ -244,35 +259,6 @@ fn foreign(folder: &Path, file: &str) -> FolderError {
     FolderError::ForeignFile { folder: folder.to_owned(), file: file.to_owned() }
 }
 
-/// Marker file, locked, and its contents; `None` if there is none.
-fn find_marker(folder: &Path) -> Result<Option<(File, Marker)>, FolderError> {
-    let path = folder.join(MARKER);
-    if !path.try_exists().map_err(|e| not_writable(&path, "reading", e))? {
-        return Ok(None);
-    }
-    let mut file = File::options()
-        .read(true)
-        .write(true)
-        .open(&path)
-        .map_err(|e| not_writable(&path, "opening", e))?;
-    lock(folder, &file)?;
-    let mut text = String::new();
-    let marker = match file.read_to_string(&mut text) {
-        Ok(_) => serde_json::from_str(&text).ok(),
-        Err(_) => None,
-    };
-    marker.map(|marker| Some((file, marker))).ok_or_else(|| foreign(folder, MARKER))
-}
-
-/// Locks the folder for this process. Some network file systems have no locks; there the run
-/// continues without one.
-fn lock(folder: &Path, marker: &File) -> Result<(), FolderError> {
-    match marker.try_lock() {
-        Err(TryLockError::WouldBlock) => Err(FolderError::InUse { folder: folder.to_owned() }),
-        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
-    }
-}
-
 fn check(
     folder: &Path,
     found: Option<&Marker>,
@@ -280,11 +266,13 @@ fn check(
     earlier: Earlier,
 ) -> Result<(), FolderError> {
     let folder_path = || folder.to_owned();
-    let resume = earlier == Earlier::Resume;
+    let resume = matches!(earlier, Earlier::Resume | Earlier::Reopen);
     let Some(found) = found else {
         return match RESULTS.iter().find(|name| folder.join(name).exists()) {
             Some(name) => Err(foreign(folder, name)),
-            None if resume => Err(FolderError::NothingToResume { folder: folder_path() }),
+            None if earlier == Earlier::Reopen => {
+                Err(FolderError::NothingToResume { folder: folder_path() })
+            }
             None => Ok(()),
         };
     };
@@ -295,7 +283,7 @@ fn check(
     if let Some(name) = RESULTS.iter().find(|name| folder.join(name).is_dir()) {
         return Err(foreign(folder, name));
     }
-    if resume && !folder.join(CHECKPOINT).exists() {
+    if earlier == Earlier::Reopen && !folder.join(CHECKPOINT).exists() {
         return Err(FolderError::NothingToResume { folder: folder_path() });
     }
     if resume && found.text != wanted.text {
@@ -325,6 +313,7 @@ fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> 
     let mut file = create_marker(&kept)?;
     write_marker(&kept, &mut file, marker)?;
     let moves = |from: &Path, to: &Path, name: &str| fs::rename(from.join(name), to.join(name));
+    let there: Vec<&str> = there.into_iter().rev().collect();
     for (at, name) in there.iter().enumerate() {
         moves(folder, &kept, name).map_err(|e| {
             // Undo all moves, so that the results stay together.
@@ -348,25 +337,6 @@ fn try_writing(folder: &Path) -> Result<(), FolderError> {
     File::create(&path)
         .and_then(|_| fs::remove_file(&path))
         .map_err(|e| not_writable(folder, "writing to", e))
-}
-
-fn create_marker(folder: &Path) -> Result<File, FolderError> {
-    let path = folder.join(MARKER);
-    // `create_new` ensures that one of two simultaneous runs finds the file of the other.
-    let file = File::create_new(&path).map_err(|e| not_writable(&path, "creating", e))?;
-    lock(folder, &file)?;
-    Ok(file)
-}
-
-/// Rewrites the marker in place, since replacing the file would leave its lock behind.
-fn write_marker(folder: &Path, file: &mut File, marker: &Marker) -> Result<(), FolderError> {
-    let path = folder.join(MARKER);
-    let writing = |e| not_writable(&path, "writing", e);
-    let mut text = serde_json::to_vec_pretty(marker).map_err(|e| writing(e.into()))?;
-    text.push(b'\n');
-    file.set_len(0).map_err(writing)?;
-    std::io::Seek::rewind(file).map_err(writing)?;
-    file.write_all(&text).and_then(|()| file.sync_all()).map_err(writing)
 }
 
 fn remove_results(folder: &Path) -> Result<(), FolderError> {

@@ -1,6 +1,7 @@
 //! Opening and closing of HDF5 files, such that no file stays open after an error.
 
 use std::fs;
+use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::Path;
 
@@ -59,6 +60,33 @@ fn builder() -> FileBuilder {
             .fclose_degree(FileCloseDegree::Strong)
     });
     builder
+}
+
+/// Signature and version of the first block of the files that [`builder`] makes, with 8 bytes for each address.
+const SIGNATURE: &[u8; 9] = b"\x89HDF\r\n\x1a\n\0";
+const ADDRESS_BYTES: (usize, u8) = (13, 8);
+const END: Range<usize> = 40..48;
+
+/// Makes all bytes of a file part of it, as `h5clear --filesize` does.
+///
+/// HDF5 writes its index before the length of the file. A process that is killed between them leaves an index of data
+/// beyond that length, which can then neither be read nor removed. A file that is too short stays so: it is damaged.
+pub(crate) fn mend_length(path: &Path) -> std::io::Result<()> {
+    let mut file = fs::File::options().read(true).write(true).open(path)?;
+    let length = file.metadata()?.len();
+    let mut head = [0; END.end];
+    if length < END.end as u64 {
+        return Ok(());
+    }
+    file.read_exact(&mut head)?;
+    let (at, bytes) = ADDRESS_BYTES;
+    let known = head.starts_with(SIGNATURE) && head[at] == bytes;
+    let end = head[END].iter().rev().fold(0, |end, &byte| end << 8 | u64::from(byte));
+    if known && end < length {
+        file.seek(SeekFrom::Start(END.start as u64))?;
+        file.write_all(&length.to_le_bytes())?;
+    }
+    Ok(())
 }
 
 /// Storage of a growing dataset.

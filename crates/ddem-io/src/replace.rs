@@ -35,6 +35,19 @@ pub(crate) fn replace(
     done
 }
 
+/// Gives the file at `path` a second name, so that its next version does not remove it.
+///
+/// A kill at any moment leaves the file under one of the names. Errors are ignored: the next version is then the only
+/// one, as it is on file systems without links that cannot rename it either.
+pub(crate) fn keep_previous(path: &Path, previous: &Path) {
+    if path.exists() {
+        let _ = fs::remove_file(previous);
+        if fs::hard_link(path, previous).is_err() {
+            let _ = fs::rename(path, previous);
+        }
+    }
+}
+
 /// Waits until the file is on the disk.
 pub(crate) fn sync(path: &Path) -> Result<(), OutputError> {
     // Windows syncs only through a handle that may write.

@@ -61,7 +61,7 @@ impl Options {
             out: out.into(),
             threads: None,
             earlier: Earlier::Keep,
-            checkpoint_every: Duration::from_secs(300),
+            checkpoint_every: Duration::from_secs(60),
             simd: Simd::default(),
             profile: false,
         }
@@ -101,6 +101,10 @@ pub struct Progress {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub enum Event<'a> {
+    /// Nothing was saved in this folder yet, so that a run that was to resume starts from the beginning.
+    NothingSaved(&'a std::path::Path),
+    /// The last checkpoint is damaged, for this reason; the run continues from the one before it.
+    DamagedCheckpoint(&'a str),
     /// Earlier results were moved to this folder.
     Kept(&'a std::path::Path),
     /// The model is built; the run begins or continues.

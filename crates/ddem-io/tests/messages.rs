@@ -150,6 +150,8 @@ fn runs_that_cannot_be_resumed() {
     first.unwrap_or_else(|error| panic!("{error}"));
     let saved = path.join("out/checkpoint.h5");
     let Checkpoint { deck, run, state } = Checkpoint::load(&saved).unwrap();
+    // The run would continue from the checkpoint before a damaged one.
+    let _ = fs::remove_file(path.join("out/checkpoint-previous.h5"));
     let resume = |deck: &str, run: &[u8], state: &[u8]| {
         checkpoint::save(&saved, deck, run, state).unwrap();
         message(path, run_in(path, Earlier::Resume))

@@ -256,8 +256,37 @@ fn same_deck_reuses_its_folder() {
     prepare(&out, "beam.toml", "Beam", "a = 2", Earlier::Overwrite).unwrap();
     let names: Vec<_> = contents(&out).into_iter().map(|(name, _)| name).collect();
     assert_eq!(names, ["ddem.json", "notes.txt"]);
-    let error = prepare(&out, "beam.toml", "Beam", "a = 2", Earlier::Resume).unwrap_err();
+    let error = prepare(&out, "beam.toml", "Beam", "a = 2", Earlier::Reopen).unwrap_err();
     assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
+}
+
+/// A run that was killed before its first checkpoint may leave any of its files, and an empty marker.
+#[test]
+fn run_without_checkpoint_begins_anew() {
+    let root = tempdir().unwrap();
+    let out = root.path().join("beam");
+    let begin = |text: &str| prepare(&out, "beam.toml", "Beam", text, Earlier::Resume);
+    let folder = begin("a = 1").unwrap();
+    fs::write(folder.probes(), "half a ta").unwrap();
+    fs::write(out.join("blocks.vtkhdf.part"), "half a file").unwrap();
+    drop(folder);
+    let error = begin("a = 2").unwrap_err();
+    assert!(matches!(error, FolderError::DeckChanged { .. }), "{error}");
+    drop(begin("a = 1").unwrap());
+    let before = contents(&out);
+    let names: Vec<_> = before.iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["ddem.json"]);
+    fs::write(out.join("ddem.json"), "").unwrap();
+    drop(begin("a = 1").unwrap());
+    assert_eq!(contents(&out), before);
+    // With either checkpoint nothing is removed.
+    for name in ["checkpoint.h5", "checkpoint-previous.h5"] {
+        fs::write(out.join("probes.csv"), "a table").unwrap();
+        fs::write(out.join(name), "a checkpoint").unwrap();
+        drop(begin("a = 1").unwrap());
+        assert_eq!(contents(&out).len(), 3);
+        fs::remove_file(out.join(name)).unwrap();
+    }
 }
 
 #[test]
@@ -302,7 +331,7 @@ fn new_run_keeps_earlier_results() {
         let kept = root.path().join(format!("beam.{}", number + 1));
         assert_eq!(fs::read_to_string(kept.join("summary.json")).unwrap(), number.to_string());
         // The folder belongs to the deck, and only a checkpoint is missing.
-        let error = prepare(&kept, "beam.toml", "Beam", "a = 1", Earlier::Resume).unwrap_err();
+        let error = prepare(&kept, "beam.toml", "Beam", "a = 1", Earlier::Reopen).unwrap_err();
         assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
     }
     assert_eq!(fs::read_to_string(out.join("summary.json")).unwrap(), "2");
@@ -342,7 +371,7 @@ fn paths_that_cannot_be_folders_are_refused() {
     let error = prepare(&file.join("below"), "beam.toml", "Beam", "", Earlier::Keep).unwrap_err();
     assert!(matches!(error, FolderError::NotWritable { .. }), "{error}");
     let error =
-        prepare(&root.path().join("new"), "beam.toml", "Beam", "", Earlier::Resume).unwrap_err();
+        prepare(&root.path().join("new"), "beam.toml", "Beam", "", Earlier::Reopen).unwrap_err();
     assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
     assert_eq!(contents(root.path()).len(), 1);
 }

@@ -149,9 +149,10 @@ def test_deck_resumes_after_ctrl_c(tmp_path: Path) -> None:
         assert tail.tobytes() == reference.probes[name][-len(tail) :].tobytes()
 
 
-def test_resume_needs_a_checkpoint(tmp_path: Path) -> None:
-    with pytest.raises(OSError, match="no checkpoint to resume"):
-        ddem.run_deck(endless("none"), out=tmp_path / "out", resume=True, quiet=True)
+def test_resume_without_a_checkpoint_starts(tmp_path: Path) -> None:
+    deck = Path(__file__).parents[3] / "examples" / "block.toml"
+    ddem.run_deck(deck, out=tmp_path / "out", resume=True, quiet=True)
+    assert (tmp_path / "out" / "summary.json").exists()
 
 
 def test_ctrl_c_in_terminal_stops_run_deck(tmp_path: Path) -> None:

@@ -25,15 +25,16 @@ fn help_goes_to_standard_output() {
       <DECK>  Deck to run, a TOML file
 
     Options:
-          --out <DIR>    Folder of the results [default: results/<name of the deck>]
-          --threads <N>  Threads, which do not change the results [default: one for each processor]
-          --quiet        Print only errors
-          --check        Build the model, report its size, memory and run time, and stop
-          --resume       Continue from the checkpoint in the folder of the results
-          --overwrite    Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
-          --profile      Measure the time of each phase of the steps, and print it at the end of each stage
-      -h, --help         Print help
-      -V, --version      Print version
+          --out <DIR>                   Folder of the results [default: results/<name of the deck>]
+          --threads <N>                 Threads, which do not change the results [default: one for each processor]
+          --quiet                       Print only errors
+          --check                       Build the model, report its size, memory and run time, and stop
+          --resume                      Continue from the checkpoint in the folder of the results; without one, start
+          --overwrite                   Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
+          --checkpoint-every <SECONDS>  Wall time between checkpoints within a stage, which does not change the results [default: 60]
+          --profile                     Measure the time of each phase of the steps, and print it at the end of each stage
+      -h, --help                        Print help
+      -V, --version                     Print version
 
     Example: ddem deck.toml --out results/first --threads 4
     ");

@@ -7,6 +7,7 @@ mod excavation;
 mod fragments;
 mod harness;
 mod interfaces;
+mod kills;
 mod messages;
 mod pictures;
 mod runs;

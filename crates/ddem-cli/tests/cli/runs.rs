@@ -243,12 +243,6 @@ fn unconverged_relaxation_fails_and_keeps_results() {
 }
 
 #[test]
-fn resume_without_checkpoint_is_refused() {
-    let stderr = refused("column.toml --resume");
-    assert!(stderr.contains("holds no checkpoint to resume: run without --resume"), "{stderr}");
-}
-
-#[test]
 #[cfg(unix)]
 fn interrupted_run_resumes_with_same_results() {
     for (stages, interrupted, status) in

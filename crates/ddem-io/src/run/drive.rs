@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use ddem_core::Simulation;
+use ddem_core::{ErrorCode, Simulation};
 use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Deck, Source, Stage, StageKind};
 
@@ -20,6 +20,7 @@ use super::warnings::stage_place;
 use super::{Event, Observer, Options, Outcome, RunFailure};
 use crate::OutputError;
 use crate::folder::{self, Earlier, Folder};
+use crate::replace;
 
 /// Runs a deck: every stage, with its results in `options.out`.
 ///
@@ -72,9 +73,10 @@ impl<'a> Drive<'a> {
             || folder::prepare(&options.out, &name, &deck.title, source.text(), options.earlier);
         let text = source.text().to_owned();
         let (folder, session);
-        if options.earlier == Earlier::Resume {
+        let resume = options.earlier == Earlier::Resume;
+        if resume && folder::has_checkpoint(&options.out) {
             folder = open()?;
-            let resumed = load_checkpoint(&folder, deck, &text)?;
+            let resumed = load_checkpoint(&folder, deck, &text, observer)?;
             let mut simulation = resumed.simulation(model, options.simd)?;
             simulation.stop_when(observer.stop_flag());
             recorder.reopen(&folder, simulation.model(), resumed.progress.position)?;
@@ -87,6 +89,9 @@ impl<'a> Drive<'a> {
             check_steps(&mut started, &deck.stage).map_err(|failure| located(failure, source))?;
             // All checks have passed; only now are files written.
             folder = open()?;
+            if resume {
+                observer.event(Event::NothingSaved(folder.path()));
+            }
             recorder.create(&folder, started.model())?;
             session = Session::assemble(site, started, recorder, text);
         }
@@ -185,12 +190,30 @@ impl<'a> Drive<'a> {
 }
 
 /// Checkpoint of a folder, which must come from the same deck with the same files.
-fn load_checkpoint(folder: &Folder, deck: &Deck, text: &str) -> Result<Resumed, RunFailure> {
-    let path = folder.checkpoint();
-    let resumed = resume::load(&path).map_err(|failure| match failure {
+///
+/// If the last one is damaged or missing, it is the one before, from which the same bits follow.
+fn load_checkpoint(
+    folder: &Folder,
+    deck: &Deck,
+    text: &str,
+    observer: &mut dyn Observer,
+) -> Result<Resumed, RunFailure> {
+    let (path, previous) = (folder.checkpoint(), folder.previous_checkpoint());
+    let last = resume::load(&path).map_err(|failure| match failure {
         RunFailure::Output(error) => resume::unreadable(&path, &error),
         failure => failure,
-    })?;
+    });
+    let resumed = match last {
+        Err(failure) if failure.code() == ErrorCode::InvalidFile || !path.exists() => {
+            let Ok(resumed) = resume::load(&previous) else { return Err(failure) };
+            // The next checkpoint would otherwise keep the damaged one as the one before it.
+            let _ = std::fs::rename(&previous, &path);
+            let text = failure.to_string();
+            observer.event(Event::DamagedCheckpoint(failure.code().strip(&text)));
+            resumed
+        }
+        last => last?,
+    };
     let message = if resumed.deck != text {
         "the deck has changed since: restore it, or run from the start".to_owned()
     } else if let Some(file) = changed(deck, &resumed.progress.files) {
@@ -227,6 +250,7 @@ fn checkpoint(
     let position = moved.recorder.sync()?;
     let mut cursor = moved.cursor.clone();
     cursor.seconds += seconds;
+    replace::keep_previous(&folder.checkpoint(), &folder.previous_checkpoint());
     resume::save(&folder.checkpoint(), text, moved, &cursor, position)?;
     observer.event(Event::Checkpoint(&folder.checkpoint()));
     Ok(())

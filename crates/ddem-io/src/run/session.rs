@@ -154,7 +154,7 @@ impl Session {
         let before = known.and_then(|path| self.recorded.get(&path));
         let title = &site.deck().title;
         let name = model_name(&self.text);
-        let earlier = if before.is_some() { Earlier::Resume } else { Earlier::Keep };
+        let earlier = if before.is_some() { Earlier::Reopen } else { Earlier::Keep };
         let folder = folder::prepare(path, &name, title, &self.text, earlier)?;
         match before {
             Some((_, left)) if stamp(&folder.checkpoint()) != *left => {

@@ -8,7 +8,7 @@ use hdf5::{File, Group, OpenMode};
 
 use super::create::{self, COUNTS, STEP_CONSTANTS, put_mesh};
 use super::data::{self, Cells, Constant, FieldSpec, Grid, Location, NumberType};
-use crate::hdf::{cut, put, with_file, write};
+use crate::hdf::{cut, mend_length, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
 
@@ -91,9 +91,12 @@ impl Writer {
     }
 
     fn created(self, mesh: Option<(&Grid, &[Constant<'_>])>) -> Result<Self, OutputError> {
-        with_file(&self.path, OpenMode::Create, "writing", |file| {
-            create::create(file, mesh, &self.fields)
-                .map_err(|e| OutputError::hdf5(&self.path, "writing", e))
+        // A process that is killed now must not leave half a file under the name of the results.
+        replace::replace(&self.path, |part| {
+            with_file(part, OpenMode::Create, "writing", |file| {
+                create::create(file, mesh, &self.fields)
+                    .map_err(|e| OutputError::hdf5(&self.path, "writing", e))
+            })
         })?;
         Ok(self)
     }
@@ -114,6 +117,7 @@ impl Writer {
         steps: usize,
     ) -> Result<Self, OutputError> {
         let path = path.into();
+        mend_length(&path).map_err(|e| OutputError::io(&path, "reopening", e))?;
         let mesh = replace::unless_busy(&path, || {
             with_file(&path, OpenMode::ReadWrite, "reopening", |file| {
                 reopen(&path, file, points, fields, steps)
