@@ -50,6 +50,14 @@ pub(crate) enum Command {
     Cut(CutArguments),
     /// Draw a picture of the results with the Python module of ddem
     Plot(Plot),
+    /// Print the completion script of a shell
+    Completions {
+        /// Shell of the script
+        #[arg(value_name = "SHELL")]
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page
+    Man,
     /// Explain that the command `run` does not exist
     #[command(hide = true, disable_help_flag = true)]
     Run {
@@ -215,7 +223,22 @@ impl RunArguments {
 }
 
 /// Commands, for a message.
-const COMMANDS: &str = "ddem runs one deck, and its commands are schema, info, cut and plot";
+const COMMANDS: &str =
+    "ddem runs one deck, and its commands are schema, info, cut, plot, completions and man";
+
+/// Completion script of a shell.
+pub(crate) fn completions(shell: clap_complete::Shell) -> String {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "ddem", &mut script);
+    String::from_utf8_lossy(&script).into_owned()
+}
+
+/// Manual page, in the format of `man`.
+pub(crate) fn manual() -> std::io::Result<String> {
+    let mut page = Vec::new();
+    clap_mangen::Man::new(Cli::command()).render(&mut page)?;
+    Ok(String::from_utf8_lossy(&page).into_owned())
+}
 
 /// Error with a plain message for an unexpected second word: a misspelt command or a second deck.
 /// Other errors are returned unchanged. `words` are those of the command line.

@@ -106,6 +106,8 @@ fn command() -> Result<CommandOutcome, CommandFailure> {
             plot::plot(&args)?;
             Ok(CommandOutcome::Done)
         }
+        (Some(Command::Completions { shell }), _) => output(&args::completions(shell)),
+        (Some(Command::Man), _) => output(&args::manual().map_err(CommandFailure::Output)?),
         (Some(Command::Run { arguments }), _) => Err(CommandFailure::NoCommand(arguments)),
         // clap answers an empty command line with the help.
         (None, None) => Ok(CommandOutcome::Done),

@@ -16,10 +16,12 @@ fn help_goes_to_standard_output() {
            ddem <COMMAND>
 
     Commands:
-      schema  Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
-      info    Print the results of a run: verdicts, largest displacement, failed joints, reactions, energy
-      cut     Cut the regions of a deck and list their blocks: blocks.csv, blocks.vtkhdf and a table
-      plot    Draw a picture of the results with the Python module of ddem
+      schema       Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
+      info         Print the results of a run: verdicts, largest displacement, failed joints, reactions, energy
+      cut          Cut the regions of a deck and list their blocks: blocks.csv, blocks.vtkhdf and a table
+      plot         Draw a picture of the results with the Python module of ddem
+      completions  Print the completion script of a shell
+      man          Print the manual page
 
     Arguments:
       <DECK>  Deck to run, a TOML file
@@ -60,6 +62,33 @@ fn schema_is_json() {
     assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""));
     let schema: serde_json::Value = serde_json::from_str(&outcome.stdout).unwrap();
     assert!(schema["properties"]["materials"].is_object());
+}
+
+#[test]
+fn completions_and_manual_know_the_options() {
+    for (line, option) in [
+        ("completions bash", "--checkpoint-every"),
+        ("completions zsh", "--checkpoint-every"),
+        ("completions fish", "checkpoint-every"),
+        ("completions powershell", "--checkpoint-every"),
+        ("man", "checkpoint\\-every"),
+    ] {
+        let outcome = Desk::new().run(line);
+        assert_eq!((outcome.status, outcome.stderr.as_str()), (Some(0), ""), "{line}");
+        assert!(outcome.stdout.contains(option), "{line}: {}", outcome.stdout);
+    }
+    assert!(refused("completions tcsh").contains("invalid value 'tcsh'"));
+}
+
+/// The shell itself reads the script.
+#[test]
+#[cfg(unix)]
+fn bash_accepts_its_completions() {
+    let desk = Desk::new();
+    desk.write("ddem.bash", &desk.run("completions bash").stdout);
+    let checked = std::process::Command::new("bash").arg("-n").arg(desk.path("ddem.bash")).status();
+    // Not every machine has this shell.
+    assert!(checked.is_err() || checked.is_ok_and(|status| status.success()));
 }
 
 #[test]
