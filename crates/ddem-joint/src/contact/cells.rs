@@ -227,14 +227,14 @@ fn half(parts: &[&PartShape], from: u32, to: u32) -> Option<(u16, EdgeId)> {
 impl ContactBlock {
     /// First block of its body: of its cell, or the block itself.
     pub(super) fn body(&self, block: u32) -> u32 {
-        self.cell.as_ref().map_or(block, |cell| cell.first)
+        self.polyhedron.as_ref().map_or(block, |cell| cell.first)
     }
 }
 
 impl<'a> Configuration<'a> {
     /// Cell of a body; `None` if it is a block.
     pub(super) fn cell_of(&self, body: u32) -> Option<&'a ContactCell> {
-        self.blocks[body as usize].cell.as_deref()
+        self.blocks[body as usize].polyhedron.as_deref()
     }
 
     /// Blocks of a body.

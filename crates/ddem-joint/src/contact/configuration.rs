@@ -34,7 +34,7 @@ pub struct ContactBlock {
     /// Positions of its nodes at rest, if it is a part of a cell `[m]`; else empty.
     nodes: Box<[Vec3]>,
     /// Cell that it is a part of.
-    pub(super) cell: Option<Arc<ContactCell>>,
+    pub(super) polyhedron: Option<Arc<ContactCell>>,
 }
 
 /// Present configuration: nodal displacements and the frames of the packs.
@@ -78,7 +78,7 @@ pub(super) fn contact_block(geometry: &Geometry, packs: &Packs) -> Vec<ContactBl
             pack,
             lane,
             nodes: nodes_of_part(geometry, block),
-            cell,
+            polyhedron: cell,
         }
     };
     (0..geometry.blocks.len()).map(current).collect()
