@@ -54,7 +54,7 @@ pub(super) struct BodyShape {
 /// Convex cell of several blocks.
 #[derive(Debug)]
 pub(super) struct ContactCell {
-    /// Its first block.
+    /// First of its blocks.
     pub(super) first: u32,
     /// First block of the whole block that it belongs to.
     pub(super) whole: u32,
