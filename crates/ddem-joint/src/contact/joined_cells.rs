@@ -9,14 +9,20 @@ pub(super) struct JoinedCells<'a> {
     configuration: Configuration<'a>,
     /// Pairs of cells with joints that no contact has replaced, sorted.
     held: Vec<[u32; 2]>,
+    /// Pairs of cells whose joints contacts have replaced, sorted.
+    released: Vec<[u32; 2]>,
     /// Whole blocks beside each whole block, with joints in place between them.
     in_place: HashMap<u32, Vec<u32>>,
 }
 
 impl<'a> JoinedCells<'a> {
     pub(super) fn new(contacts: &Contacts, configuration: &Configuration<'a>) -> Self {
-        let mut joined =
-            Self { configuration: *configuration, held: Vec::new(), in_place: HashMap::new() };
+        let mut joined = Self {
+            configuration: *configuration,
+            held: Vec::new(),
+            released: Vec::new(),
+            in_place: HashMap::new(),
+        };
         if contacts.bodies.is_empty() {
             return joined;
         }
@@ -29,8 +35,12 @@ impl<'a> JoinedCells<'a> {
                 joined.in_place.entry(b).or_default().push(a);
             }
         }
-        joined.held.sort_unstable();
-        joined.held.dedup();
+        let of_ended = contacts.ended.iter().map(|ended| ended.blocks);
+        joined.released = of_ended.map(|pair| pair.map(|block| contacts.body(block))).collect();
+        for pairs in [&mut joined.held, &mut joined.released] {
+            pairs.sort_unstable();
+            pairs.dedup();
+        }
         joined.in_place.values_mut().for_each(|beside| {
             beside.sort_unstable();
             beside.dedup();
@@ -47,15 +57,19 @@ impl<'a> JoinedCells<'a> {
         self.in_place.get(&whole).map_or(&[], Vec::as_slice)
     }
 
-    /// True if two bodies, of which at least one is a cell, have joints between them, belong to one
-    /// whole block, or are connected by at most three joints in place one after the other.
+    /// True if two bodies, of which at least one is a cell, have joints between them, or are
+    /// connected by at most three joints in place one after the other. Cells of one whole block meet
+    /// only where a joint between them, a slit in the block, has been released.
     pub(super) fn are_left_to_joints(&self, bodies: [u32; 2]) -> bool {
         if bodies.iter().all(|&body| self.configuration.cell_of(body).is_none()) {
             return false;
         }
         let [a, b] = bodies.map(|body| self.whole(body));
-        if a == b || self.held.binary_search(&bodies).is_ok() {
+        if self.held.binary_search(&bodies).is_ok() {
             return true;
+        }
+        if a == b {
+            return self.released.binary_search(&bodies).is_err();
         }
         let of_b = self.beside(b);
         let reaches = |whole: &u32| of_b.binary_search(whole).is_ok();
