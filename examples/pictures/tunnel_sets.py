@@ -12,7 +12,7 @@ import numpy as np
 
 from results import by_block, colour_bar, panel, results, save, scene, sheet
 
-COLOURS, RANGE = "YlOrRd", (0.0, 0.15)
+COLOURS, RANGE = "YlOrRd", (0.0, 0.25)
 LOOK = {"cmap": COLOURS, "clim": RANGE, "joints": "traces"}
 
 
@@ -32,7 +32,7 @@ def main():
     panel(
         figure,
         (0.2, 0.2, 7.7, 7.0),
-        f"{run.times[-1]:.1f} s: the tunnel is dug, and a wedge slides out of its side",
+        f"{run.times[-1]:.1f} s: the tunnel is dug, and a wedge and a roof block come loose",
         lambda size: scene(last, moved(last), (0.0, 0.0, 3.2), 14.5, size, ahead, **LOOK),
     )
     panel(
