@@ -54,8 +54,8 @@ fn uniform_stress_passes_joints_and_ties_of_cells() {
     }
 }
 
-/// Where six planes meet in a point, more than three edges meet at the corners of cells, which
-/// consist of pyramids.
+/// Six planes through one point: more than three edges meet at corners of cells, which consist of
+/// pyramids.
 #[test]
 fn uniform_stress_passes_cells_of_pyramids() {
     let case = of("cells_pressed");

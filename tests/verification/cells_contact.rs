@@ -2,10 +2,11 @@
 
 use ddem_deck::SafetySearch;
 
+use super::contact_energy::free_energy;
 use super::energy::closes;
 use super::incline::{G, rate};
 use super::record::Tolerance::{Absolute, Of, Relative};
-use super::record::{at_most, check, consistent, of};
+use super::record::{at_most, between, check, consistent, of};
 use super::shared::{Run, edited, example, run, simulation};
 
 #[test]
@@ -30,15 +31,6 @@ fn cell_slides_over_the_parts_of_another() {
         let what = format!("taken by friction, {divisions} divisions [J]");
         check(case, &what, mass * resisting * 0.5 * exact, taken, Relative(1e-2));
     }
-}
-
-/// Kinetic and strain energy minus the work of loads: largest value and value at the start `[J]`.
-fn free_energy(run: &Run) -> [f64; 2] {
-    let column = |name: &str| run.energy.column(name).to_vec();
-    let [kinetic, bodies, joints, work] =
-        ["kinetic", "strain_bodies", "strain_joints", "external_work"].map(column);
-    let all = (0..kinetic.len()).map(|i| kinetic[i] + bodies[i] + joints[i] - work[i]);
-    [all.clone().fold(0.0, f64::max), all.clone().next().expect("a row")]
 }
 
 #[test]
@@ -79,6 +71,13 @@ fn falling_prism_moves_like_a_block() {
         consistent(case, &format!("{column} at 0.05 s"), at(&blocks), at(&cells), Of(1.0, 2e-2));
     }
     closes(case, "", &cells);
+}
+
+#[test]
+fn fracture_inside_a_block_closes() {
+    let case = of("cells_slit");
+    let run = run(&example(case.deck));
+    between(case, "settlement of the top [m]", -run.last("top.z"), [0.04, 0.041]);
 }
 
 #[test]

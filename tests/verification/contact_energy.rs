@@ -14,7 +14,7 @@ use super::shared::{Run, deck, edited, example, run};
 const NO_GAIN: f64 = 1e-9;
 
 /// Kinetic and strain energy minus the work of loads: largest value and value at the start `[J]`.
-fn free_energy(run: &Run) -> [f64; 2] {
+pub(super) fn free_energy(run: &Run) -> [f64; 2] {
     let column = |name: &str| run.energy.column(name).to_vec();
     let [kinetic, bodies, joints, work] =
         ["kinetic", "strain_bodies", "strain_joints", "external_work"].map(column);

@@ -76,6 +76,7 @@ pub(crate) const CASES: &[Case] = &[
     case("Cells that meet", "cells_glide"),
     case("Cells that meet", "cells_toss"),
     case("Cells that meet", "cells_meet"),
+    case("Cells that meet", "cells_slit"),
     case("Cells that meet", "cells_wedge"),
     case("V9 rocking block", "v09_rocking"),
     case("V10 large rotation", "v10_spin"),

@@ -204,7 +204,8 @@ impl CellComplex {
         &mut self,
         planes: &[CutPlane],
         allowed: Vec<bool>,
-        (persistence, bridges): (f64, bool),
+        persistence: f64,
+        bridges: bool,
         mut numbers: RandomStream,
     ) -> CutCount {
         let rest = if bridges { CellCut::Bridge } else { CellCut::Leave };
@@ -258,7 +259,7 @@ impl CellComplex {
         let mut bridge = None;
         let mut crossings = HashMap::new();
         sides.turn += 1;
-        self.tree.met((plane, part), self.tolerance, met);
+        self.tree.met(plane, part, self.tolerance, met);
         for &(node, cell) in &*met {
             if !allowed[cell as usize] || !self.straddles(cell as usize, plane, sides) {
                 continue;
@@ -271,7 +272,7 @@ impl CellComplex {
                     self.planes.len() as u32 - 1
                 }),
             };
-            if self.divide((node, cell), number, sides, &mut crossings) {
+            if self.divide(node, cell, number, sides, &mut crossings) {
                 allowed.push(true);
                 count.divisions += 1;
             }
@@ -302,7 +303,8 @@ impl CellComplex {
     /// Divides a cell by a plane; false if it stays whole.
     fn divide(
         &mut self,
-        (node, cell): (u32, u32),
+        node: u32,
+        cell: u32,
         plane: u32,
         sides: &mut PointSides,
         crossings: &mut HashMap<(u32, u32), u32>,

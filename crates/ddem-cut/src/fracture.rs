@@ -43,7 +43,8 @@ impl Fracture {
         centre: Vector3<f64>,
         normal: Vector3<f64>,
         radius: f64,
-        (cut, joined): (u32, bool),
+        cut: u32,
+        joined: bool,
     ) -> Option<Self> {
         let plane = CutPlane::new(normal, centre, cut, joined)?;
         let [first, second] = across(&plane.normal);
@@ -64,10 +65,7 @@ impl Fracture {
     /// # Errors
     ///
     /// If the corners enclose no area, do not lie in one plane, or are not those of a convex polygon.
-    pub fn polygon(
-        corners: &[Vector3<f64>],
-        (cut, joined): (u32, bool),
-    ) -> Result<Self, ShapeError> {
+    pub fn polygon(corners: &[Vector3<f64>], cut: u32, joined: bool) -> Result<Self, ShapeError> {
         let area = area_vector(corners);
         let centre = corners.iter().sum::<Vector3<f64>>() / corners.len().max(1) as f64;
         let plane = CutPlane::new(area, centre, cut, joined).ok_or(ShapeError::NoArea)?;

@@ -135,9 +135,9 @@ impl JointSet {
     ) -> Vec<CutPlane> {
         let [low, high] = self.range(corners);
         let [first_below, first_above] = self.first(seed, cut);
-        let mut planes = self.side(seed, (cut, joined), (first_below, [-high, -low]), -1.0);
+        let mut planes = self.side(seed, cut, joined, first_below, [-high, -low], -1.0);
         planes.reverse();
-        planes.extend(self.side(seed, (cut, joined), (first_above, [low, high]), 1.0));
+        planes.extend(self.side(seed, cut, joined, first_above, [low, high], 1.0));
         let meets = |plane: &CutPlane| {
             let heights = || corners.iter().map(|corner| plane.height(corner));
             heights().any(|height| height <= 0.0) && heights().any(|height| height >= 0.0)
@@ -166,8 +166,10 @@ impl JointSet {
     fn side(
         &self,
         seed: u64,
-        (cut, joined): (u32, bool),
-        (first, [start, end]): (Option<f64>, [f64; 2]),
+        cut: u32,
+        joined: bool,
+        first: Option<f64>,
+        [start, end]: [f64; 2],
         sign: f64,
     ) -> Vec<CutPlane> {
         let stream = 2 * u64::from(cut) + u64::from(sign > 0.0);

@@ -129,7 +129,8 @@ impl FractureNetwork {
         &self,
         bounds: [Vector3<f64>; 2],
         seed: u64,
-        (cut, joined): (u32, bool),
+        cut: u32,
+        joined: bool,
     ) -> Vec<Fracture> {
         let mut numbers = RandomStream::new(seed, NETWORK_STREAM + u64::from(cut));
         let [low, high] = self.centres(bounds);
@@ -145,7 +146,7 @@ impl FractureNetwork {
                 Some(concentration) => numbers.fisher(&self.normal, concentration),
                 None => self.normal,
             };
-            Fracture::disc(centre, normal, radius, (cut, joined))
+            Fracture::disc(centre, normal, radius, cut, joined)
         };
         (0..number).filter_map(|_| disc()).collect()
     }

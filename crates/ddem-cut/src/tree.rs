@@ -65,7 +65,8 @@ impl CellTree {
     /// its part if it has one.
     pub(crate) fn met(
         &self,
-        (plane, part): (&CutPlane, Option<&AxisBox>),
+        plane: &CutPlane,
+        part: Option<&AxisBox>,
         margin: f64,
         met: &mut Vec<(u32, u32)>,
     ) {

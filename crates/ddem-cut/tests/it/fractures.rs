@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use crate::shared::{assert_all_matched, assert_sound, brick, cube, cut_all, plane, vector};
 
 fn disc(centre: [f64; 3], normal: [f64; 3], radius: f64) -> Fracture {
-    Fracture::disc(vector(centre), vector(normal), radius, (0, false)).unwrap()
+    Fracture::disc(vector(centre), vector(normal), radius, 0, false).unwrap()
 }
 
 fn cut(rock: &mut CellComplex, fractures: &[Fracture]) -> usize {
@@ -61,7 +61,7 @@ fn discs_end_in_the_cell_that_they_reach() {
 #[test]
 fn polygons_are_plane_and_convex() {
     let square = [[0.2, 0.2, 0.5], [0.8, 0.2, 0.5], [0.8, 0.8, 0.5], [0.2, 0.8, 0.5]].map(vector);
-    let polygon = |corners: &[Vector3<f64>]| Fracture::polygon(corners, (0, false));
+    let polygon = |corners: &[Vector3<f64>]| Fracture::polygon(corners, 0, false);
     let one = polygon(&square).unwrap();
     assert!(
         (one.area() - 0.36).abs() < 1e-15 && (one.radius - libm::sqrt(0.36 / PI)).abs() < 1e-15
@@ -113,7 +113,7 @@ fn networks_have_their_intensity() {
     ] {
         let network = network(DiscCount::Intensity(0.6), size, Some(20.0));
         let (mean, error) = over_seeds(|seed| {
-            let all = network.fractures([low, high], seed, (1, false));
+            let all = network.fractures([low, high], seed, 1, false);
             let area: f64 = all.iter().map(|fracture| fracture.area_within(&sides)).sum();
             area / (10.0 * 8.0 * 6.0)
         });
@@ -121,7 +121,7 @@ fn networks_have_their_intensity() {
         assert!(error < 0.03, "{size:?}: {error}");
     }
     let number = network(DiscCount::Number(17), DiscSize::Constant(3.0), None);
-    let all = number.fractures([low, high], 1, (1, true));
+    let all = number.fractures([low, high], 1, 1, true);
     assert_eq!(all.len(), 17);
     assert!(all.iter().all(|of| (0..3).all(|k| low[k] <= of.centre[k] && of.centre[k] <= high[k])));
     assert!(
@@ -154,7 +154,7 @@ fn radii_have_the_moments_of_their_power_law() {
 fn normals_of_networks_have_the_resultant_of_their_distribution() {
     let network = network(DiscCount::Number(500), DiscSize::Constant(1.0), Some(20.0));
     let (mean, error) = over_seeds(|seed| {
-        let all = network.fractures(BOX.map(vector), seed, (0, false));
+        let all = network.fractures(BOX.map(vector), seed, 0, false);
         all.iter().map(|of| of.plane.normal).sum::<Vector3<f64>>().norm() / 500.0
     });
     let exact = 1.0 / libm::tanh(20.0) - 0.05;
@@ -189,7 +189,7 @@ fn persistence_is_the_share_of_the_cells_that_are_cut() {
             let level = plane(Vector3::z(), vector([0.0, 0.0, 0.4]));
             let (allowed, numbers) = (rock.select(|_, _| true), RandomStream::new(seed, 0));
             let count =
-                rock.cut_persistent(&[level], allowed, (persistence, bridges), numbers).divisions;
+                rock.cut_persistent(&[level], allowed, persistence, bridges, numbers).divisions;
             assert_sound(&rock, 100.0);
             if !bridges {
                 return count as f64;
@@ -218,7 +218,7 @@ fn networks_leave_sound_cells() {
         let size = DiscSize::Power { exponent: 3.0, from: 0.5, to: 4.0 };
         let network = network(DiscCount::Intensity(1.2), size, Some(5.0));
         let mut rock = brick(BOX[0], BOX[1]);
-        let divisions = cut(&mut rock, &network.fractures(BOX.map(vector), seed, (0, false)));
+        let divisions = cut(&mut rock, &network.fractures(BOX.map(vector), seed, 0, false));
         assert!(divisions > 100, "{divisions}");
         assert_sound(&rock, 10.0 * 8.0 * 6.0);
     }
@@ -232,7 +232,7 @@ fn fifty_thousand_discs_take_less_than_five_seconds() {
     let size = DiscSize::Power { exponent: 4.0, from: 1.0, to: 30.0 };
     let network = network(DiscCount::Number(50_000), size, Some(5.0));
     let start = Instant::now();
-    let divisions = cut(&mut rock, &network.fractures(bounds, 1, (0, false)));
+    let divisions = cut(&mut rock, &network.fractures(bounds, 1, 0, false));
     let time = start.elapsed().as_secs_f64();
     println!("50 000 discs: {divisions} divisions in {time:.2} s");
     assert!(time < 5.0);

@@ -16,7 +16,9 @@ pub use stability::{BlockMode, BlockVerdict};
 use ddem_core::element::Elastic;
 use ddem_core::problem::{Vec3, stiffest_nodes};
 use ddem_core::{ErrorCode, Fault, ModelError};
-use ddem_cut::{CellComplex, CellProperties, CommonFace, ON_PLANE, PlaneSource, Polyhedron};
+use ddem_cut::{
+    CellComplex, CellPart, CellProperties, CommonFace, ON_PLANE, PlaneSource, Polyhedron,
+};
 
 use crate::schema::{Body, Deck, RockRegion, SmallKind};
 
@@ -153,11 +155,17 @@ impl CutRock {
         (thin && changes).then_some(small.is)
     }
 
+    /// Parts of a cell.
+    #[must_use]
+    pub fn parts(&self, cell: usize) -> Vec<CellPart> {
+        self.complex.parts(cell, self.region(cell).divisions as usize / 2)
+    }
+
     /// Factors on the inertia of the parts of a cell, but not on their weight, and the volumes of the
     /// parts `[m³]`. A factor is at least 1, and so large that no node of the part has more than four
     /// times the ratio of stiffness to mass of a cube of the width `small.width` times the median one.
     #[must_use]
-    pub fn inertia(&self, cell: usize) -> Vec<[f64; 2]> {
+    pub fn inertia(&self, cell: usize, parts: &[CellPart]) -> Vec<[f64; 2]> {
         let region = self.region(cell);
         let width = region.small.width * self.median_widths[self.region_number(cell)];
         let scaled = region.small.is == SmallKind::Scaled && region.body == Body::Deformable;
@@ -167,7 +175,6 @@ impl CutRock {
         });
         let nodes =
             |hexahedra: &[[Vec3; 8]]| stiffest_nodes(hexahedra, &rock, self.deck.model.element);
-        let parts = self.complex.parts(cell, region.divisions as usize / 2);
         let parts: Vec<[Vec3; 8]> = parts.iter().map(|part| part.corners).collect();
         // The parts of a cube have half its edges.
         let cube = [
@@ -202,8 +209,7 @@ impl CutRock {
             (Some(SmallKind::Removed), _) => 0,
             (Some(SmallKind::Rigid), _) | (_, Body::Rigid) => 1,
             (Some(SmallKind::Scaled) | None, Body::Deformable) => {
-                self.complex.parts(cell, region.divisions as usize / 2).len()
-                    * (region.divisions as usize / 2).pow(3)
+                self.parts(cell).len() * (region.divisions as usize / 2).pow(3)
             }
         }
     }

@@ -68,7 +68,7 @@ fn polygon(at: &str, corners: &[[f64; 3]], faults: &mut Faults) {
     if !finite {
         return;
     }
-    let (message, help) = match Fracture::polygon(&corners, (0, false)) {
+    let (message, help) = match Fracture::polygon(&corners, 0, false) {
         Ok(_) => return,
         Err(ShapeError::NotPlanar { off, .. }) => (
             format!("the corners do not lie in one plane: one is {} m off it", shown(off)),

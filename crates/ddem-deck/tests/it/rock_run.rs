@@ -109,7 +109,7 @@ fn pyramids_fill_cells_with_crowded_corners() {
         let mass: f64 = (0..model.n_nodes()).map(|node| model.mass(node)).sum();
         assert!((mass - 24.0 * 2700.0).abs() < 1e-8, "{mass}");
         let rock = deck(&text).cut_regions().unwrap();
-        let parts: usize = (0..14).map(|cell| rock.complex.parts(cell, divisions / 2).len()).sum();
+        let parts: usize = (0..14).map(|cell| rock.parts(cell).len()).sum();
         assert_eq!(model.n_blocks(), parts);
     }
 }

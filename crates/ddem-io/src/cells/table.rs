@@ -53,7 +53,7 @@ pub fn table(rock: &CutRock) -> String {
     text + &thinnest(rock)
 }
 
-/// Line on the cells of a region that are thin, and what becomes of them.
+/// Line on the cells of a region that are thin, what becomes of them, and the inertia added.
 fn thin(rock: &CutRock, region: usize) -> String {
     let small = rock.regions()[region].small;
     let least = small.width * rock.median_width(region);
@@ -61,15 +61,18 @@ fn thin(rock: &CutRock, region: usize) -> String {
     let total: f64 = cells.iter().map(|&cell| rock.properties[cell].volume).sum();
     let is_thin = |cell: &&usize| rock.treatment(**cell).is_some();
     let thin: Vec<_> = cells.iter().filter(is_thin).map(|&cell| rock.properties[cell]).collect();
-    if thin.is_empty() {
+    let parts = cells.iter().flat_map(|&cell| rock.inertia(cell, &rock.parts(cell)));
+    let added: f64 = parts.map(|[factor, volume]| (factor - 1.0) * volume).sum();
+    if thin.is_empty() && added == 0.0 {
         return String::new();
     }
     let share = 100.0 * thin.iter().map(|of| of.volume).sum::<f64>() / total;
     let effect = match small.is {
         SmallKind::Scaled => {
-            let parts = cells.iter().flat_map(|&cell| rock.inertia(cell));
-            let added: f64 = parts.map(|[factor, volume]| (factor - 1.0) * volume).sum();
-            format!("more inertia, {:.3} % of the mass", 100.0 * added / total)
+            format!(
+                "more inertia there and at sharp corners, {:.3} % of the mass",
+                100.0 * added / total
+            )
         }
         SmallKind::Rigid => "rigid".to_owned(),
         SmallKind::Removed => "removed".to_owned(),

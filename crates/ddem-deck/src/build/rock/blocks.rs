@@ -97,7 +97,7 @@ impl RockBlocks<'_> {
             if removed || small == Some(SmallKind::Removed) {
                 continue;
             }
-            self.parts[cell] = self.rock.complex.parts(cell, self.divisions(cell));
+            self.parts[cell] = self.rock.parts(cell);
         }
         if faults.is_empty() && self.parts.iter().all(Vec::is_empty) {
             let message = "all blocks are removed";
@@ -133,7 +133,8 @@ impl RockBlocks<'_> {
         for (cell, &material) in materials.iter().enumerate() {
             self.first.push(lattices.len());
             let (set, n) = (self.region(cell), self.divisions(cell));
-            for (part, [inertia, _]) in self.parts[cell].iter().zip(self.rock.inertia(cell)) {
+            let parts = &self.parts[cell];
+            for (part, [inertia, _]) in parts.iter().zip(self.rock.inertia(cell, parts)) {
                 let shape = self.shape(cell, part, inertia);
                 if distorted(&shape, n) {
                     return Err(vec![twisted(cell, self.region(cell))]);

@@ -88,7 +88,7 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
                         let stream = PERSISTENCE_STREAM + number as u64;
                         let numbers = RandomStream::new(region_cut.seed, stream);
                         let bridges = entry.bridge_joint().is_some();
-                        rock.cut_persistent(planes, allowed, (share, bridges), numbers)
+                        rock.cut_persistent(planes, allowed, share, bridges, numbers)
                     }
                 },
                 CutShape::Fractures(triangles) if entry.surface.is_some() => {
@@ -149,13 +149,13 @@ impl<'a> WholeRock<'a> {
             return Some(CutShape::Planes(planes));
         }
         if let Some(plane) = &entry.plane {
-            let plane = self::plane(plane, &group.compass, (number, entry.join))?;
+            let plane = self::plane(plane, &group.compass, number, entry.join)?;
             return Some(CutShape::Planes(vec![plane]));
         }
-        if let Some(of) = fractures(entry, number, &group.compass, (group.seed, self.bounds)) {
+        if let Some(of) = fractures(entry, number, &group.compass, group.seed, self.bounds) {
             return Some(CutShape::Fractures(of));
         }
-        let tunnel = tunnel(entry.tunnel.as_ref()?, &group.compass, (number, entry.join))?;
+        let tunnel = tunnel(entry.tunnel.as_ref()?, &group.compass, number, entry.join)?;
         Some(CutShape::Tunnel(tunnel))
     }
 }

@@ -39,7 +39,8 @@ pub(super) fn spacing(spacing: &SetSpacing) -> Spacing {
 pub(super) fn plane(
     plane: &PlaneCut,
     compass: &Compass,
-    (cut, joined): (u32, bool),
+    cut: u32,
+    joined: bool,
 ) -> Option<CutPlane> {
     match plane.points {
         Some(points) => CutPlane::through(points.map(Vec3::from), cut, joined),
@@ -53,7 +54,8 @@ pub(super) fn plane(
 pub(super) fn tunnel(
     tunnel: &TunnelCut,
     compass: &Compass,
-    (cut, joined): (u32, bool),
+    cut: u32,
+    joined: bool,
 ) -> Option<Tunnel> {
     let outline = Outline::new(&tunnel.outline).ok()?;
     let ends = [tunnel.from, tunnel.to].map(Vec3::from);
@@ -65,23 +67,32 @@ pub(super) fn fractures(
     entry: &RockCut,
     number: u32,
     compass: &Compass,
-    (seed, bounds): (u64, [Vec3; 2]),
+    seed: u64,
+    bounds: [Vec3; 2],
 ) -> Option<Vec<Fracture>> {
-    let by = (number, entry.join);
+    let joined = entry.join;
     if let Some(disc) = &entry.disc {
         let normal = compass.normal(disc.dip, disc.dip_direction);
-        return Some(vec![Fracture::disc(disc.centre.into(), normal, disc.radius, by)?]);
+        return Some(vec![Fracture::disc(
+            disc.centre.into(),
+            normal,
+            disc.radius,
+            number,
+            joined,
+        )?]);
     }
     if let Some(corners) = &entry.polygon {
         let corners: Vec<Vec3> = corners.iter().map(|corner| Vec3::from(*corner)).collect();
-        return Some(vec![Fracture::polygon(&corners, by).ok()?]);
+        return Some(vec![Fracture::polygon(&corners, number, joined).ok()?]);
     }
     if let Some(file) = &entry.surface {
         let triangles = file.content.iter().flat_map(|content| &content.0);
         let triangles = triangles.map(|corners| corners.map(Vec3::from));
         // Triangles without area have no plane.
         return Some(
-            triangles.filter_map(|corners| Fracture::polygon(&corners, by).ok()).collect(),
+            triangles
+                .filter_map(|corners| Fracture::polygon(&corners, number, joined).ok())
+                .collect(),
         );
     }
     let of = entry.dfn.as_ref()?;
@@ -89,11 +100,17 @@ pub(super) fn fractures(
         Some(file) => {
             let rows = file.content.iter().flat_map(|content| &content.0);
             let disc = |&[x, y, z, dip, direction, radius]: &[f64; 6]| {
-                Fracture::disc(Vec3::new(x, y, z), compass.normal(dip, direction), radius, by)
+                Fracture::disc(
+                    Vec3::new(x, y, z),
+                    compass.normal(dip, direction),
+                    radius,
+                    number,
+                    joined,
+                )
             };
             rows.filter_map(disc).collect()
         }
-        None => network(of, compass)?.fractures(bounds, seed, by),
+        None => network(of, compass)?.fractures(bounds, seed, number, joined),
     };
     let least = of.least.unwrap_or_default();
     all.retain(|fracture| fracture.radius >= least);
