@@ -10,6 +10,8 @@ use ddem_core::{ErrorCode, Simd};
 use ddem_deck::names;
 use ddem_io::folder::Earlier;
 
+use crate::template::NewArguments;
+
 /// Largest number of threads that `--threads` accepts, more than any machine has. Starting even
 /// more would only waste time.
 const MOST_THREADS: usize = 1024;
@@ -38,6 +40,8 @@ pub(crate) struct Cli {
 /// Subcommands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Write a commented starter deck
+    New(NewArguments),
     /// Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
     Schema,
     /// Print the results of a run: verdicts, largest displacement, failed joints, reactions, energy
@@ -199,12 +203,7 @@ impl RunArguments {
 
     /// Command that resumes this run.
     pub(crate) fn resume_command(&self) -> String {
-        let mut command = String::from("ddem ");
-        // A name that begins with a dash would be taken for an option.
-        if self.deck.as_os_str().as_encoded_bytes().starts_with(b"-") {
-            command += "./";
-        }
-        command += &quoted(&self.deck);
+        let mut command = run_command(&self.deck);
         if let Some(out) = &self.out {
             command += &format!(" --out={}", quoted(out));
         }
@@ -224,7 +223,7 @@ impl RunArguments {
 
 /// Commands, for a message.
 const COMMANDS: &str =
-    "ddem runs one deck, and its commands are schema, info, cut, plot, completions and man";
+    "ddem runs one deck, and its commands are new, schema, info, cut, plot, completions and man";
 
 /// Completion script of a shell.
 pub(crate) fn completions(shell: clap_complete::Shell) -> String {
@@ -302,6 +301,13 @@ fn simd(text: &str) -> Result<Simd, String> {
             Err(format!("this machine has {known}"))
         }
     }
+}
+
+/// Command that runs a deck.
+pub(crate) fn run_command(deck: &Path) -> String {
+    // A name that begins with a dash would be taken for an option.
+    let dash = deck.as_os_str().as_encoded_bytes().starts_with(b"-");
+    format!("ddem {}{}", if dash { "./" } else { "" }, quoted(deck))
 }
 
 /// Path as text, quoted for a shell if necessary.

@@ -5,6 +5,7 @@ mod args;
 mod plot;
 mod progress;
 mod results;
+mod template;
 
 use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::path::Path;
@@ -23,6 +24,7 @@ use args::{Cli, Command, CutArguments, RunArguments};
 use plot::NoPicture;
 use progress::{Screen, Watcher};
 use results::NoResults;
+use template::{NewArguments, NotWritten};
 
 /// Exit status of an interrupted command, as in shells.
 const INTERRUPTED: u8 = 130;
@@ -45,6 +47,8 @@ enum CommandFailure {
     Results(NoResults),
     /// No picture was drawn.
     Picture(NoPicture),
+    /// No starter deck was written.
+    Template(NotWritten),
     /// The word `run` with the words that followed; there is no such command.
     NoCommand(Vec<String>),
     /// Standard output cannot be written.
@@ -60,6 +64,12 @@ impl From<NoResults> for CommandFailure {
 impl From<NoPicture> for CommandFailure {
     fn from(error: NoPicture) -> Self {
         Self::Picture(error)
+    }
+}
+
+impl From<NotWritten> for CommandFailure {
+    fn from(error: NotWritten) -> Self {
+        Self::Template(error)
     }
 }
 
@@ -86,7 +96,9 @@ fn main() -> ExitCode {
         Err(CommandFailure::CommandLine(error)) => u8::from(error.use_stderr()) * 2,
         Err(CommandFailure::Run(failure)) => failure.exit_status(),
         Err(CommandFailure::Picture(failure)) => failure.exit_status(),
-        Err(CommandFailure::Results(_) | CommandFailure::NoCommand(_)) => 2,
+        Err(
+            CommandFailure::Results(_) | CommandFailure::Template(_) | CommandFailure::NoCommand(_),
+        ) => 2,
         // A broken pipe is no error: the reader has seen enough.
         Err(CommandFailure::Output(error)) => u8::from(error.kind() != ErrorKind::BrokenPipe),
     })
@@ -98,6 +110,7 @@ fn command() -> Result<CommandOutcome, CommandFailure> {
     match (cli.command, cli.run) {
         (None, Some(run)) if run.check => check(&run),
         (None, Some(run)) => run_deck(&run),
+        (Some(Command::New(args)), _) => new(&args),
         (Some(Command::Schema), _) => output(&format!("{:#}\n", ddem_deck::json_schema())),
         (Some(Command::Info { folder }), _) => output(&results::info(&folder)?),
         (Some(Command::Cut(args)), _) => cut(&args),
@@ -130,6 +143,14 @@ fn check(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
         complain(&format!("warning: {warning}\n"));
     }
     output(&report.to_string())
+}
+
+/// Writes a starter deck.
+fn new(args: &NewArguments) -> Result<CommandOutcome, CommandFailure> {
+    let deck = template::write(args)?;
+    let run = args::run_command(&deck);
+    Screen::new(false).line(&format!("wrote {}, to run it: {run}", deck.display()));
+    Ok(CommandOutcome::Done)
 }
 
 /// Cuts the regions of a deck.
@@ -252,6 +273,7 @@ fn say(failure: &CommandFailure) {
             ));
         }
         CommandFailure::Results(error) => complain(&format!("error: {error}\n")),
+        CommandFailure::Template(error) => complain(&format!("error: {error}\n")),
         CommandFailure::Picture(error) => {
             if let Some(code) = error.code() {
                 complain(&format!("error: {error} [{code}]\n"));

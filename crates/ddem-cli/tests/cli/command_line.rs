@@ -16,6 +16,7 @@ fn help_goes_to_standard_output() {
            ddem <COMMAND>
 
     Commands:
+      new          Write a commented starter deck
       schema       Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
       info         Print the results of a run: verdicts, largest displacement, failed joints, reactions, energy
       cut          Cut the regions of a deck and list their blocks: blocks.csv, blocks.vtkhdf and a table

@@ -11,4 +11,5 @@ mod kills;
 mod messages;
 mod pictures;
 mod runs;
+mod templates;
 mod verdicts;

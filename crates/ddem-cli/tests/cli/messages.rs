@@ -35,6 +35,9 @@ fn command_lines_are_refused_with_codes() {
         "info column.toml",
         "info results",
         "run column.toml",
+        "new",
+        "new colum",
+        "new column column.toml",
     ];
     let found = first_lines(&desk, &lines);
     insta::with_settings!({filters => vec![(r"this machine has `.*`", "this machine has `baseline`")]}, {
