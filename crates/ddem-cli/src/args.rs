@@ -10,6 +10,7 @@ use ddem_core::{ErrorCode, Simd};
 use ddem_deck::names;
 use ddem_io::folder::Earlier;
 
+use crate::status::StatusArguments;
 use crate::template::NewArguments;
 
 /// Largest number of threads that `--threads` accepts, more than any machine has. Starting even
@@ -42,6 +43,8 @@ pub(crate) struct Cli {
 pub(crate) enum Command {
     /// Write a commented starter deck
     New(NewArguments),
+    /// Print how far a run is: stage, progress, time left, last frame and checkpoint
+    Status(StatusArguments),
     /// Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
     Schema,
     /// Print the results of a run: verdicts, largest displacement, failed joints, reactions, energy
@@ -163,6 +166,9 @@ pub(crate) struct RunArguments {
     /// Print only errors
     #[arg(long)]
     pub(crate) quiet: bool,
+    /// Print events and progress as lines of JSON on standard output
+    #[arg(long, conflicts_with = "check")]
+    pub(crate) json: bool,
     /// Build the model, report its size, memory and run time, and stop
     #[arg(long)]
     pub(crate) check: bool,
@@ -222,8 +228,7 @@ impl RunArguments {
 }
 
 /// Commands, for a message.
-const COMMANDS: &str =
-    "ddem runs one deck, and its commands are new, schema, info, cut, plot, completions and man";
+const COMMANDS: &str = "ddem runs one deck, and its commands are new, status, schema, info, cut, plot, completions and man";
 
 /// Completion script of a shell.
 pub(crate) fn completions(shell: clap_complete::Shell) -> String {

@@ -2,9 +2,11 @@
 
 mod advice;
 mod args;
+mod json;
 mod plot;
 mod progress;
 mod results;
+mod status;
 mod template;
 
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -21,6 +23,7 @@ use ddem_io::run;
 use ddem_io::run::{Options, Outcome, RunFailure};
 
 use args::{Cli, Command, CutArguments, RunArguments};
+use json::JsonLines;
 use plot::NoPicture;
 use progress::{Screen, Watcher};
 use results::NoResults;
@@ -111,6 +114,7 @@ fn command() -> Result<CommandOutcome, CommandFailure> {
         (None, Some(run)) if run.check => check(&run),
         (None, Some(run)) => run_deck(&run),
         (Some(Command::New(args)), _) => new(&args),
+        (Some(Command::Status(args)), _) => output(&status::status(&args)?),
         (Some(Command::Schema), _) => output(&format!("{:#}\n", ddem_deck::json_schema())),
         (Some(Command::Info { folder }), _) => output(&results::info(&folder)?),
         (Some(Command::Cut(args)), _) => cut(&args),
@@ -179,9 +183,13 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
 
     let screen = Screen::new(args.quiet);
     let stop = stop_on_interrupt(&screen);
-    let mut watcher = Watcher::new(screen.clone(), stop);
+    let lines = args.json.then(|| JsonLines::new(&deck));
+    let mut watcher = Watcher::new(screen.clone(), stop, lines);
     let outcome = run::run(&deck, &source, &options, &mut watcher);
     screen.clear();
+    if args.json {
+        json::end(&outcome);
+    }
     let folder = options.out.display();
     match outcome {
         Ok(Outcome::Done(_)) => {

@@ -10,6 +10,8 @@ use ddem_io::run::{Event, Observer, Progress, Report};
 use ddem_io::summary::StageSummary;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use crate::json::JsonLines;
+
 /// Wall-clock time between lines if there is no terminal.
 const EVERY: Duration = Duration::from_secs(5);
 
@@ -80,12 +82,15 @@ pub(crate) struct Watcher {
     written: Instant,
     /// Summary of the last completed stage.
     last: Option<StageSummary>,
+    /// Writer of lines for machines, if they are wanted.
+    lines: Option<JsonLines>,
 }
 
 impl Watcher {
-    /// Watcher that shows a run on `screen`.
-    pub(crate) fn new(screen: Screen, stop: Arc<AtomicBool>) -> Self {
-        Self { screen, stop, first: None, failed: 0, written: Instant::now(), last: None }
+    /// Watcher that shows a run on `screen` and, if they are given, by lines of JSON.
+    pub(crate) fn new(screen: Screen, stop: Arc<AtomicBool>, lines: Option<JsonLines>) -> Self {
+        let written = Instant::now();
+        Self { screen, stop, first: None, failed: 0, written, last: None, lines }
     }
 
     /// Shows the state at the end of the last completed stage.
@@ -116,7 +121,7 @@ impl Watcher {
         self.first = self.first.or((ratio.is_finite() && ratio > 0.0).then_some(ratio));
         match self.screen.mode {
             ProgressMode::Live => {
-                let part = self.first.map_or(0.0, |first| fraction(progress, first));
+                let part = self.first.map_or(0.0, |first| progress.part(first));
                 self.screen.bar.set_message(figures(progress).join("  "));
                 self.screen.bar.set_position((part * LENGTH as f64) as u64);
             }
@@ -132,6 +137,9 @@ impl Watcher {
 
 impl Observer for Watcher {
     fn event(&mut self, event: Event<'_>) {
+        if let Some(lines) = &mut self.lines {
+            lines.event(&event);
+        }
         match event {
             Event::Built(report) => {
                 self.screen.line(&model(report));
@@ -211,19 +219,6 @@ fn label(progress: &Progress) -> String {
     }
 }
 
-/// Progress of a stage, 0 to 1. Relaxation counts digits gained, as its number of steps is unknown.
-fn fraction(progress: &Progress, first: f64) -> f64 {
-    let Progress { unbalanced, tolerance, .. } = *progress;
-    let part = if !progress.relax {
-        progress.step as f64 / progress.steps as f64
-    } else if first > tolerance && tolerance > 0.0 {
-        (first / unbalanced).ln() / (first / tolerance).ln()
-    } else {
-        0.0
-    };
-    if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) }
-}
-
 /// Key figures of a running stage.
 fn figures(progress: &Progress) -> Vec<String> {
     let mut figures = Vec::new();
@@ -264,7 +259,7 @@ fn beginning(progress: &Progress) -> String {
 }
 
 /// Unbalanced ratio as text; a dash if there is none because nothing is applied.
-fn ratio(unbalanced: f64) -> String {
+pub(crate) fn ratio(unbalanced: f64) -> String {
     if unbalanced.is_finite() { format!("{unbalanced:.1e}") } else { "–".to_owned() }
 }
 
@@ -302,7 +297,7 @@ fn end(stage: &StageSummary, failed: u64) -> String {
 }
 
 /// Node updates per second as text, if the rate is positive and finite.
-fn rate(rate: f64) -> Option<String> {
+pub(crate) fn rate(rate: f64) -> Option<String> {
     let (scale, unit) = match rate {
         _ if !rate.is_finite() || rate <= 0.0 => return None,
         _ if rate < 999_950.0 => (1e3, "thousand node updates/s"),
@@ -313,7 +308,7 @@ fn rate(rate: f64) -> Option<String> {
 }
 
 /// Wall-clock time as text in its two largest units; `None` if negative or not finite.
-fn clock(seconds: f64) -> Option<String> {
+pub(crate) fn clock(seconds: f64) -> Option<String> {
     if !seconds.is_finite() || seconds < 0.0 {
         return None;
     }
@@ -408,19 +403,18 @@ mod tests {
 
     #[test]
     fn relaxation_bar_follows_log_of_unbalanced_ratio() {
-        let part = |unbalanced| fraction(&relaxing(unbalanced), 1.0);
+        let part = |unbalanced| relaxing(unbalanced).part(1.0);
         assert_eq!(part(1.0), 0.0);
         assert!((part(1e-3) - 0.5).abs() < 1e-12);
         assert_eq!(part(1e-6), 1.0);
         assert_eq!(part(0.0), 1.0);
         assert_eq!((part(2.0), part(f64::NAN), part(f64::INFINITY)), (0.0, 0.0, 0.0));
-        assert_eq!(fraction(&relaxing(1e-8), 1e-7), 0.0);
+        assert_eq!(relaxing(1e-8).part(1e-7), 0.0);
     }
 
     #[test]
     fn dynamic_bar_follows_steps() {
-        let part =
-            |step, steps| fraction(&Progress { relax: false, step, steps, ..relaxing(1.0) }, 1.0);
+        let part = |step, steps| Progress { relax: false, step, steps, ..relaxing(1.0) }.part(1.0);
         assert_eq!((part(1, 4), part(4, 4), part(0, 0)), (0.25, 1.0, 0.0));
     }
 

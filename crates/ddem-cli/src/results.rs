@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use ddem_core::ErrorCode;
 use ddem_io::OutputError;
-use ddem_io::folder::SUMMARY;
+use ddem_io::folder::{STATUS, SUMMARY};
 use ddem_io::summary::Summary;
 
 /// Reason why a folder has no results.
@@ -38,6 +38,15 @@ pub(crate) enum NoResults {
         folder.display(), ErrorCode::ResultsFolder
     )]
     Nothing {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// No run of a deck has begun in the folder.
+    #[error(
+        "`{}` has no {STATUS}: no run of a deck has begun a stage there [{}]",
+        folder.display(), ErrorCode::ResultsFolder
+    )]
+    NoStatus {
         /// The folder.
         folder: PathBuf,
     },

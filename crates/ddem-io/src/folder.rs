@@ -6,7 +6,7 @@
 
 mod marker;
 
-use std::fs::{self, File};
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use self::marker::{Marker, create_marker, find_marker, write_marker};
@@ -22,16 +22,18 @@ const CONTACTS: &str = "contacts.vtkhdf";
 const PROBES: &str = "probes.csv";
 const ENERGY: &str = "energy.csv";
 const FRAGMENTS: &str = "fragments.csv";
-const FRAMES: &str = "frames.csv";
+pub(crate) const FRAMES: &str = "frames.csv";
 /// Name of the summary in a folder of results.
 pub const SUMMARY: &str = "summary.json";
+/// Name of the status in a folder of results.
+pub const STATUS: &str = "status.json";
 pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
 const PREVIOUS: &str = "checkpoint-previous.h5";
 /// Names of all results. Checkpoints come first: they are removed before the files that they continue, and moved after
 /// them.
-const RESULTS: [&str; 11] = [
+const RESULTS: [&str; 12] = [
     CHECKPOINT, PREVIOUS, BLOCKS, CELLS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES,
-    SUMMARY,
+    SUMMARY, STATUS,
 ];
 
 /// Reason why a folder cannot take the results; nothing was written. The message states the fact only: the remedy
@@ -244,6 +246,13 @@ impl Folder {
     pub fn previous_checkpoint(&self) -> PathBuf {
         self.path.join(PREVIOUS)
     }
+}
+
+/// True if a run holds the lock of a folder.
+pub(crate) fn in_use(folder: &Path) -> bool {
+    // A shared lock disturbs no other reader. It ends with the file.
+    let marker = File::open(folder.join(MARKER));
+    marker.is_ok_and(|marker| matches!(marker.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
 /// True if a folder has a checkpoint from which a run can continue.

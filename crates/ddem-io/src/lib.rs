@@ -9,6 +9,7 @@ mod hdf;
 mod output_error;
 mod replace;
 pub mod run;
+pub mod status;
 pub mod summary;
 pub mod tables;
 pub mod vtkhdf;

@@ -17,6 +17,7 @@ mod session;
 mod stage;
 #[cfg(test)]
 mod tests;
+mod tracker;
 mod warnings;
 
 pub use drive::run;
@@ -25,6 +26,7 @@ pub use open_stage::{OpenStage, StageStatus};
 pub use plan::Plan;
 pub use report::{Report, inspect};
 pub use session::{Session, model_name};
+pub use tracker::Tracker;
 
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -17,6 +17,7 @@ fn help_goes_to_standard_output() {
 
     Commands:
       new          Write a commented starter deck
+      status       Print how far a run is: stage, progress, time left, last frame and checkpoint
       schema       Print the JSON Schema of decks, for editors (a deck of this name is `./schema`)
       info         Print the results of a run: verdicts, largest displacement, failed joints, reactions, energy
       cut          Cut the regions of a deck and list their blocks: blocks.csv, blocks.vtkhdf and a table
@@ -31,6 +32,7 @@ fn help_goes_to_standard_output() {
           --out <DIR>                   Folder of the results [default: results/<name of the deck>]
           --threads <N>                 Threads, which do not change the results [default: one for each processor]
           --quiet                       Print only errors
+          --json                        Print events and progress as lines of JSON on standard output
           --check                       Build the model, report its size, memory and run time, and stop
           --resume                      Continue from the checkpoint in the folder of the results; without one, start
           --overwrite                   Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...

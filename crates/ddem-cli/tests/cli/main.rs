@@ -11,5 +11,6 @@ mod kills;
 mod messages;
 mod pictures;
 mod runs;
+mod status;
 mod templates;
 mod verdicts;

@@ -16,6 +16,7 @@ use super::resume::{self, Resumed};
 use super::safety::search;
 use super::session::Session;
 use super::stage::{Halt, Running, failed};
+use super::tracker::StatusWriter;
 use super::warnings::stage_place;
 use super::{Event, Observer, Options, Outcome, RunFailure};
 use crate::OutputError;
@@ -38,7 +39,10 @@ pub fn run(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| RunFailure::Threads { threads, error: Box::new(error) })?;
     // The pool is entered once; every step forks inside of it.
-    pool.install(|| Drive::start(deck, source, options, observer)?.run())
+    let mut observer = StatusWriter::new(deck, options, observer);
+    let outcome = pool.install(|| Drive::start(deck, source, options, &mut observer)?.run());
+    observer.end(&outcome);
+    outcome
 }
 
 /// End of a stage.

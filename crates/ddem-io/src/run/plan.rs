@@ -57,7 +57,7 @@ pub(super) fn plans(simulation: &mut Simulation, stages: &[Stage]) -> Vec<Plan> 
 
 /// Number of trials after which a search ends: two at the ends of the bracket, then pairs of trials
 /// that each leave a third of it on a logarithmic scale.
-fn trials(search: &SafetySearch) -> u64 {
+pub(super) fn trials(search: &SafetySearch) -> u64 {
     let [stable, unstable] = search.bracket;
     let (mut trials, mut ratio) = (2, unstable / stable);
     while ratio > 1.0 && unstable * (1.0 - 1.0 / ratio) > search.resolution {

@@ -1,0 +1,124 @@
+//! Status of a run, for another terminal.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use ddem_io::serde_json;
+use ddem_io::status::{FolderStatus, RunState, RunStatus, StageReport};
+
+use crate::progress::{clock, rate, ratio};
+use crate::results::{self, NoResults};
+
+/// Run to report.
+#[derive(Debug, Args)]
+pub(crate) struct StatusArguments {
+    /// Folder of the results
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Print one line of JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Status of the run in a folder, as text or as a line of JSON.
+pub(crate) fn status(arguments: &StatusArguments) -> Result<String, NoResults> {
+    let StatusArguments { folder, json } = arguments;
+    results::is_folder(folder)?;
+    let Some(status) = FolderStatus::read(folder)? else {
+        return Err(NoResults::NoStatus { folder: folder.clone() });
+    };
+    Ok(if *json { line("status", &status) } else { text(&status) })
+}
+
+/// Line of JSON with the kind of its event.
+pub(crate) fn line(event: &str, of: &impl serde::Serialize) -> String {
+    /// Event with its facts.
+    #[derive(serde::Serialize)]
+    struct JsonLine<'a, T> {
+        event: &'a str,
+        #[serde(flatten)]
+        of: &'a T,
+    }
+    // Only maps with other keys than texts have no JSON.
+    serde_json::to_string(&JsonLine { event, of })
+        .map_or_else(|_| String::new(), |line| line + "\n")
+}
+
+fn text(status: &FolderStatus) -> String {
+    let FolderStatus { status: RunStatus { state, message, title, report }, .. } = status;
+    let mut text = String::new();
+    if !title.is_empty() {
+        text += &format!("{title}\n");
+    }
+    let mut say = |name: &str, value: &str| {
+        // A string takes any text.
+        let _ = writeln!(text, "{name:<15}{value}");
+    };
+    say("state", &state_line(*state, status.age_seconds));
+    if let Some(message) = message {
+        say("error", message);
+    }
+    say(
+        "stage",
+        &format!("`{}` ({}/{}), {}", report.stage, report.number, report.stages, report.kind),
+    );
+    say("progress", &progress(report));
+    if let Some(unbalanced) = report.unbalanced {
+        let goal = report.tolerance.map_or_else(String::new, |goal| format!(" → {goal:e}"));
+        say("unbalanced", &format!("{}{goal}", ratio(unbalanced)));
+    }
+    if report.failed_pairs + report.contacts > 0 {
+        say("failed", &format!("{} pairs, {} contacts", report.failed_pairs, report.contacts));
+    }
+    if *state == RunState::Running {
+        if let Some(rate) = report.node_updates_per_second.and_then(rate) {
+            say("rate", &rate);
+        }
+        let left = report.seconds_left.and_then(clock);
+        say(
+            "time left",
+            &left.map_or("unknown".to_owned(), |left| format!("about {left} in this stage")),
+        );
+    }
+    let frame = status.last_frame.as_ref().map(|frame| {
+        format!(
+            "{} at {:.4e} s, step {} of `{}`",
+            frame.number, frame.time, frame.step, frame.stage
+        )
+    });
+    say("last frame", frame.as_deref().unwrap_or("none yet"));
+    let saved = status.checkpoint_age_seconds.and_then(clock);
+    let resume = if matches!(state, RunState::Killed | RunState::Interrupted) {
+        ": --resume continues"
+    } else {
+        ""
+    };
+    say("checkpoint", &saved.map_or("none yet".to_owned(), |age| format!("{age} ago{resume}")));
+    text
+}
+
+fn state_line(state: RunState, age: Option<f64>) -> String {
+    let age = age.and_then(clock).map_or_else(String::new, |age| format!(", {age} ago"));
+    match state {
+        RunState::Running => format!("running{age}"),
+        RunState::Done => format!("done{age}"),
+        RunState::Interrupted => format!("interrupted{age}"),
+        RunState::Failed => format!("failed{age}"),
+        RunState::Killed => format!("not running: killed, last word{age}"),
+    }
+}
+
+fn progress(report: &StageReport) -> String {
+    let mut parts = Vec::new();
+    if let Some(part) = report.progress {
+        parts.push(format!("{:.0} %", 100.0 * part));
+    }
+    match (report.trials, report.most_trials, report.steps) {
+        (Some(done), Some(most), _) => parts.push(format!("trial {done} of at most {most}")),
+        (_, _, Some(steps)) => parts.push(format!("step {} of {steps}", report.step)),
+        _ => parts.push(format!("step {}", report.step)),
+    }
+    parts.push(format!("simulated {:.4e} s", report.time));
+    parts.join(", ")
+}

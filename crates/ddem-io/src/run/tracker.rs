@@ -1,0 +1,191 @@
+//! Progress of the present stage, collected from the events of a run.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use ddem_deck::{Deck, StageKind};
+
+use super::plan::trials;
+use super::{Event, Observer, Options, Outcome, Progress, RunFailure};
+use crate::folder::STATUS;
+use crate::status::{RunState, RunStatus, StageReport};
+
+/// Wall time between two versions of the status file.
+const EVERY: Duration = Duration::from_secs(1);
+
+/// Progress of the present stage.
+#[derive(Debug)]
+pub struct Tracker {
+    deck: Deck,
+    report: StageReport,
+    /// First unbalanced ratio of the stage, at which its progress begins.
+    first: Option<f64>,
+    /// Wall time at which the stage began.
+    begun: Instant,
+}
+
+impl Tracker {
+    /// Tracker of the stages of a deck.
+    #[must_use]
+    pub fn new(deck: &Deck) -> Self {
+        let report = StageReport::beginning(deck, 0);
+        Self { deck: deck.clone(), report, first: None, begun: Instant::now() }
+    }
+
+    /// Progress so far.
+    #[must_use]
+    pub fn report(&self) -> StageReport {
+        let wall_seconds = self.begun.elapsed().as_secs_f64();
+        let mut report = StageReport { wall_seconds, ..self.report.clone() };
+        if let (Some(done @ 1..), Some(most)) = (report.trials, report.most_trials) {
+            // Trials take about the same time.
+            report.seconds_left =
+                Some(wall_seconds / done as f64 * most.saturating_sub(done) as f64);
+        }
+        report
+    }
+
+    /// Takes an event into account.
+    pub fn event(&mut self, event: &Event<'_>) {
+        match event {
+            Event::StageStarted(progress) => {
+                self.enter(progress.stage_index.0);
+                self.progress(progress);
+            }
+            Event::Progress(progress) => self.progress(progress),
+            Event::Trial { trial, .. } => {
+                let done = self.report.trials.unwrap_or_default() + 1;
+                self.report.trials = Some(done);
+                self.report.step += trial.steps;
+                self.report.progress =
+                    self.report.most_trials.map(|most| (done as f64 / most as f64).min(1.0));
+            }
+            Event::StageDone(stage) => {
+                let place = |index: &usize| self.deck.stage[*index].name == stage.name;
+                let next = (0..self.deck.stage.len()).find(place).map_or(0, |index| index + 1);
+                if next < self.deck.stage.len() {
+                    self.enter(next);
+                } else {
+                    self.report.progress = Some(1.0);
+                    self.report.seconds_left = Some(0.0);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn enter(&mut self, index: usize) {
+        let StageReport { time, failed_pairs, contacts, .. } = self.report;
+        let beginning = StageReport::beginning(&self.deck, index);
+        self.report = StageReport { time, failed_pairs, contacts, ..beginning };
+        (self.first, self.begun) = (None, Instant::now());
+        let Some(stage) = self.deck.stage.get(index) else { return };
+        if stage.kind == StageKind::Safety {
+            self.report.trials = Some(0);
+            self.report.most_trials = Some(trials(&stage.search()));
+            self.report.progress = Some(0.0);
+        }
+    }
+
+    fn progress(&mut self, progress: &Progress) {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let ratio = progress.unbalanced;
+        self.first = self.first.or((ratio.is_finite() && ratio > 0.0).then_some(ratio));
+        let report = &mut self.report;
+        report.progress = Some(self.first.map_or(0.0, |first| progress.part(first)));
+        report.step = progress.step;
+        report.steps = (!progress.relax).then_some(progress.steps);
+        report.time = progress.time;
+        report.unbalanced = finite(ratio);
+        report.tolerance = if progress.relax { finite(progress.tolerance) } else { None };
+        (report.failed_pairs, report.contacts) = (progress.failed_pairs, progress.contacts);
+        report.node_updates_per_second = finite(progress.updates_per_second);
+        report.seconds_left = progress.seconds_left;
+    }
+}
+
+impl Progress {
+    /// Part of the stage that is done, 0 to 1. A relaxation counts the digits that the unbalanced ratio has gained since
+    /// its `first` value, because its number of steps is unknown.
+    #[must_use]
+    pub fn part(&self, first: f64) -> f64 {
+        let Self { unbalanced, tolerance, .. } = *self;
+        let part = if !self.relax {
+            self.step as f64 / self.steps as f64
+        } else if first > tolerance && tolerance > 0.0 {
+            (first / unbalanced).ln() / (first / tolerance).ln()
+        } else {
+            0.0
+        };
+        if part.is_nan() { 0.0 } else { part.clamp(0.0, 1.0) }
+    }
+}
+
+/// Observer that passes all events on and keeps `status.json` up to date.
+pub(super) struct StatusWriter<'a> {
+    observer: &'a mut dyn Observer,
+    tracker: Tracker,
+    path: PathBuf,
+    title: String,
+    /// True once the folder belongs to the run.
+    begun: bool,
+    /// Time at which the file was written.
+    written: Option<Instant>,
+}
+
+impl<'a> StatusWriter<'a> {
+    pub(super) fn new(deck: &Deck, options: &Options, observer: &'a mut dyn Observer) -> Self {
+        let path = options.out.join(STATUS);
+        let (tracker, title) = (Tracker::new(deck), deck.title.clone());
+        Self { observer, tracker, path, title, begun: false, written: None }
+    }
+
+    /// Writes the end of the run.
+    pub(super) fn end(&mut self, outcome: &Result<Outcome, RunFailure>) {
+        let (state, message) = match outcome {
+            Ok(Outcome::Done(_)) => (RunState::Done, None),
+            Ok(Outcome::Interrupted(_)) | Err(RunFailure::Stopped) => (RunState::Interrupted, None),
+            Err(failure) => (RunState::Failed, Some(failure.to_string())),
+        };
+        self.write(state, message);
+    }
+
+    fn write(&mut self, state: RunState, message: Option<String>) {
+        if !self.begun {
+            return;
+        }
+        self.written = Some(Instant::now());
+        let (title, report) = (self.title.clone(), self.tracker.report());
+        // Results matter more than their status: a full disk stops the run where it writes those.
+        let _ = RunStatus { state, message, title, report }.write(&self.path);
+    }
+}
+
+impl Observer for StatusWriter<'_> {
+    fn event(&mut self, event: Event<'_>) {
+        self.tracker.event(&event);
+        let news = match event {
+            Event::Built(_) => {
+                self.begun = true;
+                true
+            }
+            Event::StageStarted(_) | Event::StageDone(_) | Event::Trial { .. } => true,
+            Event::Progress(_) => self.written.is_none_or(|written| written.elapsed() >= EVERY),
+            _ => false,
+        };
+        if news {
+            self.write(RunState::Running, None);
+        }
+        self.observer.event(event);
+    }
+
+    fn wants_to_stop(&mut self) -> bool {
+        self.observer.wants_to_stop()
+    }
+
+    fn stop_flag(&self) -> Arc<AtomicBool> {
+        self.observer.stop_flag()
+    }
+}
