@@ -24,7 +24,7 @@ const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
 #[derive(Debug, Parser)]
 #[command(
     name = "ddem",
-    version,
+    version = ddem_io::version::FULL_VERSION,
     arg_required_else_help = true,
     args_conflicts_with_subcommands = true,
     disable_help_subcommand = true,

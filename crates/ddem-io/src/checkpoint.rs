@@ -1,7 +1,7 @@
 //! `checkpoint.h5`: the state of a run, with which it resumes bit for bit.
 //!
 //! ```text
-//! /         attributes format = "ddem checkpoint", version = 8
+//! /         attributes format = "ddem checkpoint", version = 8, and the version of ddem
 //! /deck     the text of the deck
 //! /run      progress of the run and its files
 //! /state    the simulation
@@ -15,7 +15,7 @@ use std::path::Path;
 use hdf5::types::FixedAscii;
 use hdf5::{Dataset, File, OpenMode, Result};
 
-use crate::hdf::{scalar_attribute, with_file, word_attribute};
+use crate::hdf::{origin, scalar_attribute, with_file, word_attribute};
 use crate::output_error::OutputError;
 use crate::replace::replace;
 
@@ -74,6 +74,7 @@ pub fn stream(
     let fill = |file: &File| -> Result<()> {
         word_attribute(file, "format", FORMAT)?;
         scalar_attribute(file, "version", &VERSION)?;
+        origin(file)?;
         for (name, bytes) in [("deck", deck.as_bytes()), ("run", run)] {
             store(file, name, bytes.len(), &|out: &mut dyn Write| out.write_all(bytes))?;
         }

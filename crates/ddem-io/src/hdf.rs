@@ -10,6 +10,7 @@ use hdf5::types::FixedAscii;
 use hdf5::{Dataset, Extent, File, FileBuilder, Group, H5Type, Location, OpenMode, SimpleExtents};
 
 use crate::output_error::OutputError;
+use crate::version::{REVISION, VERSION};
 
 /// Runs `work` on the file and closes the file with all its objects, even after an error.
 ///
@@ -231,4 +232,14 @@ pub(crate) fn word_attribute<const N: usize>(
 ) -> hdf5::Result<()> {
     let word = FixedAscii::<N>::from_ascii(word).map_err(|e| e.to_string())?;
     scalar_attribute(at, name, &word)
+}
+
+/// Adds the version of ddem that writes the file, and its revision if it is known.
+pub(crate) fn origin(file: &File) -> hdf5::Result<()> {
+    let word = |text: &str| FixedAscii::<32>::from_ascii(text).map_err(|e| e.to_string());
+    scalar_attribute(file, "ddem_version", &word(VERSION)?)?;
+    match REVISION {
+        Some(revision) => scalar_attribute(file, "ddem_revision", &word(revision)?),
+        None => Ok(()),
+    }
 }

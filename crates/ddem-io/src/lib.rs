@@ -12,6 +12,7 @@ pub mod run;
 pub mod status;
 pub mod summary;
 pub mod tables;
+pub mod version;
 pub mod vtkhdf;
 
 pub use output_error::{Cause, OutputError};

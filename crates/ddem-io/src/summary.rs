@@ -24,6 +24,9 @@ pub use table::quantity;
 pub struct Summary {
     /// Version of the program.
     pub version: String,
+    /// Git commit of the sources of the program, `null` if it is not known.
+    #[serde(default)]
+    pub revision: Option<String>,
     /// Title of the deck.
     pub title: String,
     /// Blocks of the model.

@@ -91,6 +91,7 @@ fn summary_has_the_documented_keys() {
     let top = keys(&json);
     let mut documented = [
         "version",
+        "revision",
         "title",
         "blocks",
         "nodes",

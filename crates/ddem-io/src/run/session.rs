@@ -21,6 +21,7 @@ use crate::folder::{self, Earlier, Folder};
 use crate::summary::{
     ChargeSummary, FailedPairs, InterfaceSummary, SelectionSummary, Summary, peak_memory_bytes,
 };
+use crate::version::{REVISION, VERSION};
 
 /// Time shift between frames without motion if the deck has no dynamic stage `[s]`.
 const STILL: f64 = 1e-9;
@@ -248,7 +249,8 @@ impl Session {
         let MovedBy { site, simulation, .. } = &self.moved;
         let model = simulation.model();
         Summary {
-            version: env!("CARGO_PKG_VERSION").to_owned(),
+            version: VERSION.to_owned(),
+            revision: REVISION.map(str::to_owned),
             title: site.deck().title.clone(),
             blocks: model.n_whole_blocks() as u64,
             nodes: model.n_nodes() as u64,

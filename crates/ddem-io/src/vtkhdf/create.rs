@@ -3,7 +3,7 @@
 use hdf5::{File, Group, Result};
 
 use super::data::{Constant, FieldSpec, Grid, Location, NumberType};
-use crate::hdf::{Storage, growable, put, scalar_attribute, word_attribute, write};
+use crate::hdf::{Storage, growable, origin, put, scalar_attribute, word_attribute, write};
 
 /// Storage of scalars per step: small chunks without compression, so that rewriting the last one
 /// never moves it.
@@ -38,6 +38,7 @@ pub(super) fn create(
     mesh: Option<(&Grid, &[Constant<'_>])>,
     fields: &[FieldSpec],
 ) -> Result<()> {
+    origin(file)?;
     let root = file.create_group("VTKHDF")?;
     root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 2])?;
     word_attribute(&root, "Type", b"UnstructuredGrid")?;
