@@ -44,6 +44,11 @@ cargo test --release --package ddem-core --package ddem-cut --package ddem-joint
 DDEM_CLI="${CARGO_TARGET_DIR:-$PWD/target}/debug/ddem"
 export DDEM_CLI
 
+# Strict: a broken link or anchor fails. The pages on keys come from the program.
+say "documentation site"
+pip install --requirement docs/site/requirements.txt
+NO_MKDOCS_2_WARNING=1 .venv/bin/mkdocs build --strict --quiet
+
 say "Python tests"
 .venv/bin/python -m mypy.stubtest ddem._ddem --ignore-disjoint-bases
 .venv/bin/python -m mypy --strict examples/beam.py
