@@ -5,7 +5,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use ddem_io::serde_json;
-use ddem_io::status::{FolderStatus, RunState, RunStatus, StageReport};
+use ddem_io::status::{FolderStatus, RunStatus, StageReport, StatusKind};
 
 use crate::progress::{clock, rate, ratio};
 use crate::results::{self, NoResults};
@@ -71,7 +71,7 @@ fn text(status: &FolderStatus) -> String {
     if report.failed_pairs + report.contacts > 0 {
         say("failed", &format!("{} pairs, {} contacts", report.failed_pairs, report.contacts));
     }
-    if *state == RunState::Running {
+    if *state == StatusKind::Running {
         if let Some(rate) = report.node_updates_per_second.and_then(rate) {
             say("rate", &rate);
         }
@@ -89,7 +89,7 @@ fn text(status: &FolderStatus) -> String {
     });
     say("last frame", frame.as_deref().unwrap_or("none yet"));
     let saved = status.checkpoint_age_seconds.and_then(clock);
-    let resume = if matches!(state, RunState::Killed | RunState::Interrupted) {
+    let resume = if matches!(state, StatusKind::Killed | StatusKind::Interrupted) {
         ": --resume continues"
     } else {
         ""
@@ -98,14 +98,14 @@ fn text(status: &FolderStatus) -> String {
     text
 }
 
-fn state_line(state: RunState, age: Option<f64>) -> String {
+fn state_line(state: StatusKind, age: Option<f64>) -> String {
     let age = age.and_then(clock).map_or_else(String::new, |age| format!(", {age} ago"));
     match state {
-        RunState::Running => format!("running{age}"),
-        RunState::Done => format!("done{age}"),
-        RunState::Interrupted => format!("interrupted{age}"),
-        RunState::Failed => format!("failed{age}"),
-        RunState::Killed => format!("not running: killed, last word{age}"),
+        StatusKind::Running => format!("running{age}"),
+        StatusKind::Done => format!("done{age}"),
+        StatusKind::Interrupted => format!("interrupted{age}"),
+        StatusKind::Failed => format!("failed{age}"),
+        StatusKind::Killed => format!("not running: killed, last word{age}"),
     }
 }
 

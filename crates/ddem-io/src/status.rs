@@ -18,7 +18,7 @@ use crate::replace::temporary;
 /// State of a run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum RunState {
+pub enum StatusKind {
     /// The run goes on.
     #[default]
     Running,
@@ -76,7 +76,7 @@ pub struct StageReport {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RunStatus {
     /// State of the run.
-    pub state: RunState,
+    pub state: StatusKind,
     /// Message of the error of a run that failed.
     pub message: Option<String>,
     /// Title of the deck.
@@ -159,8 +159,8 @@ impl FolderStatus {
             )
         })?;
         // A run that is killed leaves its last word; its lock is gone.
-        if status.state == RunState::Running && !in_use(path) {
-            status.state = RunState::Killed;
+        if status.state == StatusKind::Running && !in_use(path) {
+            status.state = StatusKind::Killed;
         }
         Ok(Some(Self {
             status,

@@ -10,7 +10,7 @@ use ddem_deck::{Deck, StageKind};
 use super::plan::trials;
 use super::{Event, Observer, Options, Outcome, Progress, RunFailure};
 use crate::folder::STATUS;
-use crate::status::{RunState, RunStatus, StageReport};
+use crate::status::{RunStatus, StageReport, StatusKind};
 
 /// Wall time between two versions of the status file.
 const EVERY: Duration = Duration::from_secs(1);
@@ -145,14 +145,16 @@ impl<'a> StatusWriter<'a> {
     /// Writes the end of the run.
     pub(super) fn end(&mut self, outcome: &Result<Outcome, RunFailure>) {
         let (state, message) = match outcome {
-            Ok(Outcome::Done(_)) => (RunState::Done, None),
-            Ok(Outcome::Interrupted(_)) | Err(RunFailure::Stopped) => (RunState::Interrupted, None),
-            Err(failure) => (RunState::Failed, Some(failure.to_string())),
+            Ok(Outcome::Done(_)) => (StatusKind::Done, None),
+            Ok(Outcome::Interrupted(_)) | Err(RunFailure::Stopped) => {
+                (StatusKind::Interrupted, None)
+            }
+            Err(failure) => (StatusKind::Failed, Some(failure.to_string())),
         };
         self.write(state, message);
     }
 
-    fn write(&mut self, state: RunState, message: Option<String>) {
+    fn write(&mut self, state: StatusKind, message: Option<String>) {
         if !self.begun {
             return;
         }
@@ -176,7 +178,7 @@ impl Observer for StatusWriter<'_> {
             _ => false,
         };
         if news {
-            self.write(RunState::Running, None);
+            self.write(StatusKind::Running, None);
         }
         self.observer.event(event);
     }
