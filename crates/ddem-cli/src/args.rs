@@ -223,6 +223,9 @@ impl RunArguments {
         if self.profile {
             command += " --profile";
         }
+        if self.json {
+            command += " --json";
+        }
         command + " --resume"
     }
 }
@@ -368,6 +371,7 @@ mod tests {
             command(&["ddem", "beam.toml", "--profile"]),
             "ddem beam.toml --profile --resume"
         );
+        assert_eq!(command(&["ddem", "beam.toml", "--json"]), "ddem beam.toml --json --resume");
         assert_eq!(
             command(&["ddem", "beam.toml", "--checkpoint-every", "2.5"]),
             "ddem beam.toml --checkpoint-every 2.5 --resume"

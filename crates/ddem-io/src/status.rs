@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-use ddem_deck::{Deck, StageKind};
+use ddem_deck::{Stage, StageKind};
 use serde::{Deserialize, Serialize};
 
 use crate::folder::{CHECKPOINT, FRAMES, STATUS, in_use};
@@ -114,11 +114,11 @@ pub struct FolderStatus {
 }
 
 impl StageReport {
-    /// Report at the start of a stage of a deck, by its number from 0.
+    /// Report at the start of one of the stages of a deck, by its number from 0.
     #[must_use]
-    pub fn beginning(deck: &Deck, index: usize) -> Self {
-        let stages = deck.stage.len();
-        let Some(stage) = deck.stage.get(index) else { return Self { stages, ..Self::default() } };
+    pub fn beginning(all: &[Stage], index: usize) -> Self {
+        let stages = all.len();
+        let Some(stage) = all.get(index) else { return Self { stages, ..Self::default() } };
         let kind = match stage.kind {
             StageKind::Relax => "relax",
             StageKind::Dynamic => "dynamic",

@@ -103,3 +103,33 @@ def test_first_deck_is_the_example() -> None:
     page = (ROOT / "docs" / "tutorial" / "1-block.md").read_text(encoding="utf-8")
     deck = (ROOT / "examples" / "block.toml").read_text(encoding="utf-8")
     assert f'```toml title="block.toml"\n{deck}```' in page
+
+
+# What the pieces of the page on sites leave out.
+SITE = """
+[materials.rock]
+density = 2600
+young = 20e9
+poisson = 0.25
+
+[joints]
+J1 = { normal_stiffness = 1e10, shear_stiffness = 5e9, friction = 35.0 }
+fault = { normal_stiffness = 1e9, shear_stiffness = 5e8, friction = 25.0 }
+minor = { normal_stiffness = 1e10, shear_stiffness = 5e9, friction = 30.0 }
+
+[[region]]
+box = { from = [8, 0, -8], to = [16, 8, 0] }
+material = "rock"
+"""
+
+
+def test_pieces_of_a_site_make_a_deck(tmp_path: Path) -> None:
+    page = (ROOT / "docs" / "your-site.md").read_text(encoding="utf-8")
+    pieces = [text for kind, _, text in BLOCK.findall(page) if kind == "toml"]
+    assert len(pieces) == 4
+    (tmp_path / "site.toml").write_text(SITE + "\n".join(pieces), encoding="utf-8")
+    command = [program(), "cut", "site.toml"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=300)
+    assert done.returncode == 0, done.stderr
+    for name in ("J1", "F1", "network"):
+        assert name in (tmp_path / "results" / "site-cut" / "blocks.csv").read_text(), name

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use ddem_deck::{Deck, StageKind};
+use ddem_deck::{Deck, Stage, StageKind};
 
 use super::plan::trials;
 use super::{Event, Observer, Options, Outcome, Progress, RunFailure};
@@ -18,7 +18,7 @@ const EVERY: Duration = Duration::from_secs(1);
 /// Progress of the present stage.
 #[derive(Debug)]
 pub struct Tracker {
-    deck: Deck,
+    stages: Vec<Stage>,
     report: StageReport,
     /// First unbalanced ratio of the stage, at which its progress begins.
     first: Option<f64>,
@@ -30,8 +30,10 @@ impl Tracker {
     /// Tracker of the stages of a deck.
     #[must_use]
     pub fn new(deck: &Deck) -> Self {
-        let report = StageReport::beginning(deck, 0);
-        Self { deck: deck.clone(), report, first: None, begun: Instant::now() }
+        // The rest of a deck may be a large mesh.
+        let stages = deck.stage.clone();
+        let report = StageReport::beginning(&stages, 0);
+        Self { stages, report, first: None, begun: Instant::now() }
     }
 
     /// Progress so far.
@@ -63,9 +65,9 @@ impl Tracker {
                     self.report.most_trials.map(|most| (done as f64 / most as f64).min(1.0));
             }
             Event::StageDone(stage) => {
-                let place = |index: &usize| self.deck.stage[*index].name == stage.name;
-                let next = (0..self.deck.stage.len()).find(place).map_or(0, |index| index + 1);
-                if next < self.deck.stage.len() {
+                let place = |index: &usize| self.stages[*index].name == stage.name;
+                let next = (0..self.stages.len()).find(place).map_or(0, |index| index + 1);
+                if next < self.stages.len() {
                     self.enter(next);
                 } else {
                     self.report.progress = Some(1.0);
@@ -78,10 +80,10 @@ impl Tracker {
 
     fn enter(&mut self, index: usize) {
         let StageReport { time, failed_pairs, contacts, .. } = self.report;
-        let beginning = StageReport::beginning(&self.deck, index);
+        let beginning = StageReport::beginning(&self.stages, index);
         self.report = StageReport { time, failed_pairs, contacts, ..beginning };
         (self.first, self.begun) = (None, Instant::now());
-        let Some(stage) = self.deck.stage.get(index) else { return };
+        let Some(stage) = self.stages.get(index) else { return };
         if stage.kind == StageKind::Safety {
             self.report.trials = Some(0);
             self.report.most_trials = Some(trials(&stage.search()));
