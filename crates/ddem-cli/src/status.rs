@@ -4,6 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
+use ddem_core::counted;
 use ddem_io::serde_json;
 use ddem_io::status::{FolderStatus, RunStatus, StageReport, StatusKind};
 
@@ -68,8 +69,11 @@ fn text(status: &FolderStatus) -> String {
         let goal = report.tolerance.map_or_else(String::new, |goal| format!(" → {goal:e}"));
         say("unbalanced", &format!("{}{goal}", ratio(unbalanced)));
     }
-    if report.failed_pairs + report.contacts > 0 {
-        say("failed", &format!("{} pairs, {} contacts", report.failed_pairs, report.contacts));
+    if report.failed_pairs > 0 {
+        say("failed", &counted(report.failed_pairs, "pair"));
+    }
+    if report.contacts > 0 {
+        say("contacts", &(counted(report.contacts, "pair") + " of blocks"));
     }
     if *state == StatusKind::Running {
         if let Some(rate) = report.node_updates_per_second.and_then(rate) {
