@@ -126,3 +126,36 @@ fn progress(report: &StageReport) -> String {
     parts.push(format!("simulated {:.4e} s", report.time));
     parts.join(", ")
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Searches that run, and that were killed.
+    #[test]
+    fn status_of_a_search() {
+        let report = StageReport {
+            stage: "factor".to_owned(),
+            number: 2,
+            stages: 2,
+            kind: "safety".to_owned(),
+            progress: Some(0.25),
+            trials: Some(3),
+            most_trials: Some(12),
+            failed_pairs: 1,
+            contacts: 2,
+            node_updates_per_second: Some(4.2e7),
+            seconds_left: Some(90.0),
+            ..StageReport::default()
+        };
+        let mut status = FolderStatus {
+            status: RunStatus { title: "A slope".to_owned(), report, ..RunStatus::default() },
+            age_seconds: Some(1.0),
+            checkpoint_age_seconds: Some(30.0),
+            ..FolderStatus::default()
+        };
+        let running = text(&status);
+        status.status.state = StatusKind::Killed;
+        insta::assert_snapshot!(format!("{running}\n{}", text(&status)));
+    }
+}

@@ -117,20 +117,14 @@ fn files_are_replaced_only_on_request() {
     desk.write("column.toml", "mine");
     let refused = desk.run("new column");
     assert_eq!(refused.status, Some(2));
-    insta::assert_snapshot!(
-        refused.stderr,
-        @"error: `column.toml` exists: give another FILE, or --overwrite to replace it [invalid-argument]"
-    );
     assert_eq!(desk.read("column.toml"), b"mine");
-    assert_eq!(desk.run("new column other.toml").status, Some(0));
+    let other = desk.run("new column other.toml");
+    assert_eq!(other.status, Some(0));
     assert_eq!(desk.run("new column --overwrite").status, Some(0));
     assert_eq!(desk.read("column.toml"), desk.read("other.toml"));
     let nowhere = desk.run("new column none/deck.toml");
     assert_eq!(nowhere.status, Some(2));
-    insta::assert_snapshot!(
-        nowhere.stderr,
-        @"error: cannot write the deck `none/deck.toml`: No such file or directory (os error 2); give a FILE in a folder that exists and that you can write to [file-access]"
-    );
+    insta::assert_snapshot!([refused, other, nowhere].map(|outcome| outcome.stderr).concat());
 }
 
 #[test]
