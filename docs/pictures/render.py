@@ -143,6 +143,13 @@ def cut(path, output):
     plotter.close()
 
 
+def stereonet(deck, output):
+    """The poles of the planes that cut a slope, and its face."""
+    figure = ddem.plot_stereonet(ddem.Model.from_deck(deck), slope=(55, 270))
+    figure.savefig(output, dpi=130, facecolor="white")
+    write(Image.open(output), output)
+
+
 def main():
     """Renders every example whose results are there."""
     parser = argparse.ArgumentParser(description="Pictures of the examples, from their results.")
@@ -155,6 +162,8 @@ def main():
             print(f"{folder}: not there; cargo run --release -- examples/{name}.toml makes it")
             continue
         draw(ddem.Results(folder)[-1], arguments.output / f"{name}.png")
+    examples = Path(__file__).resolve().parents[2] / "examples"
+    stereonet(examples / "cut.toml", arguments.output / "stereonet.png")
     slope = arguments.results / "cut-cut" / "blocks.vtkhdf"
     if slope.exists():
         cut(slope, arguments.output / "cut.png")

@@ -22,7 +22,7 @@ use ddem_core::{Fault, Model, ModelError, Problem};
 use geometry::{Cut, Names, Selector};
 pub use geometry::{Interface, Selection};
 pub(crate) use rock::parts as rock_parts;
-pub use rock::{BlockMode, BlockVerdict, CutRock};
+pub use rock::{BlockMode, BlockVerdict, CutRock, RockPlane};
 
 use crate::lint::Diagnostic;
 use crate::schema::{Deck, Where};

@@ -37,6 +37,13 @@ impl Draft {
         sections.filter_map(|s| Some((s.to_owned(), self.root.get(s)?.clone()))).collect()
     }
 
+    /// True if a cut with this name is a tunnel.
+    pub(crate) fn has_tunnel(&self, name: &str) -> bool {
+        let cuts = self.root.get("cut").and_then(Value::as_array).into_iter().flatten();
+        cuts.filter(|cut| cut.get("tunnel").is_some())
+            .any(|cut| cut.get("name").and_then(Value::as_str) == Some(name))
+    }
+
     /// Sets a section that has one table, with the script line that set it.
     pub(crate) fn set(&mut self, section: &str, table: Table, line: Option<String>) {
         self.root.insert(section.to_owned(), Value::Table(table));

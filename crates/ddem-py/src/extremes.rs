@@ -40,10 +40,12 @@ impl PySimulation {
         fields::fragment_array(py, &fragments)
     }
 
-    /// The number of the fragment of each block, a row of :attr:`fragments`, shape (n_blocks,).
+    /// The number of the fragment of each block, a row of :attr:`fragments`, shape (largest number
+    /// of a block + 1,). If an excavation leaves two parts of a block of joined cells, it is the
+    /// larger fragment; the field "fragment" has both. Removed blocks have the number after the last.
     #[getter]
     fn block_fragment<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let numbers = self.read(py, |inner| inner.session.simulation_mut().block_fragments())?;
-        fields::integers(py, numbers.into_iter().map(|number| number as i64).collect())
+        let numbers = self.read(py, |inner| fields::block_fragments(&mut inner.session))?;
+        fields::integers(py, numbers)
     }
 }

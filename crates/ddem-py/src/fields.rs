@@ -96,7 +96,7 @@ pub(crate) fn masses(session: &Session) -> Vec<f64> {
 
 pub(crate) fn node_blocks(session: &Session) -> Vec<i64> {
     let model = model(session);
-    (0..model.n_nodes()).map(|node| model.block_of(node) as i64).collect()
+    (0..model.n_nodes()).map(|node| model.whole_block(model.block_of(node)) as i64).collect()
 }
 
 pub(crate) fn elements(session: &Session) -> Vec<[i64; 8]> {
@@ -106,7 +106,22 @@ pub(crate) fn elements(session: &Session) -> Vec<[i64; 8]> {
 }
 
 pub(crate) fn element_blocks(session: &Session) -> Vec<i64> {
-    of_elements(model(session), |block| block as i64)
+    let model = model(session);
+    of_elements(model, |block| model.whole_block(block) as i64)
+}
+
+/// Fragment of each whole block: of its parts the one with the lowest number, which is the largest.
+pub(crate) fn block_fragments(session: &mut Session) -> Vec<i64> {
+    let numbers = session.simulation_mut().block_fragments();
+    let model = model(session);
+    let there = numbers.iter().enumerate().filter(|(block, _)| !model.is_removed(*block));
+    let gone = there.map(|(_, number)| number + 1).max().unwrap_or_default();
+    let whole: Vec<usize> = (0..numbers.len()).map(|block| model.whole_block(block)).collect();
+    let mut all = vec![gone; whole.iter().max().map_or(0, |last| last + 1)];
+    for (block, number) in whole.into_iter().zip(numbers) {
+        all[block] = all[block].min(number);
+    }
+    all.into_iter().map(|number| number as i64).collect()
 }
 
 pub(crate) fn element_materials(session: &Session) -> Vec<i64> {

@@ -3,6 +3,7 @@
 
 mod arrays;
 mod callbacks;
+mod cells;
 mod draft;
 mod drive;
 mod errors;

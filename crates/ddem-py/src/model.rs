@@ -16,7 +16,9 @@ use crate::errors::{self, model_error, refuse};
 use crate::fields;
 use crate::functions::Functions;
 use crate::simulation::PySimulation;
-use crate::values::{Matter, alone, no_matter, table, table_alone, to_python, value, with_files};
+use crate::values::{
+    Matter, alone, no_matter, table, table_alone, to_python, value, with_files, without_tunnel,
+};
 use crate::worker::Pool;
 
 /// A model: blocks, joints, supports and loads, as a deck has them.
@@ -165,6 +167,10 @@ impl PyModel {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (deck, _) = self.parts(py)?;
+        if !deck.region.is_empty() {
+            let (regions, cuts) = (deck.region.len(), deck.cut.len());
+            return Ok(format!("<Model \"{}\": {regions} regions, {cuts} cuts>", deck.title));
+        }
         let size = ddem_deck::Size::of(&deck);
         Ok(format!("<Model \"{}\": {} blocks, {} nodes>", deck.title, size.blocks, size.nodes))
     }
@@ -275,7 +281,8 @@ impl PyModel {
             if let Some((key, given)) = first {
                 entry.insert(key.to_owned(), value(given, key, &mut name)?);
             }
-            alone(py, section, entry.clone())?;
+            let is_tunnel = |name: &str| self.draft().has_tunnel(name);
+            alone(py, section, without_tunnel(&entry, is_tunnel))?;
             let (line, function) = (line(py), function.map(Bound::unbind));
             let mut draft = self.draft();
             // The conversion calls Python, which may have changed the model: names may be taken

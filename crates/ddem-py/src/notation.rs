@@ -41,7 +41,13 @@ pub(crate) fn warning(warning: &Diagnostic) -> String {
 pub(crate) fn list(help: &str) -> String {
     match help.split_once("keys here: ") {
         Some((before, keys)) => {
-            format!("{before}keys here: {}", keys.replace("`where`", &where_keys()))
+            // Keys of an entry come first: `plane` and `set` of a cut are its shapes.
+            let others: Vec<String> = where_keys()
+                .split(", ")
+                .filter(|key| !keys.contains(key))
+                .map(str::to_owned)
+                .collect();
+            format!("{before}keys here: {}", keys.replace("`where`", &others.join(", ")))
         }
         None => help.to_owned(),
     }
@@ -85,7 +91,11 @@ fn calls(text: &str) -> String {
 }
 
 fn method(section: &str) -> &str {
-    if section == "blocks" { "add_blocks" } else { section }
+    match section {
+        "blocks" => "add_blocks",
+        "region" => "add_region",
+        other => other,
+    }
 }
 
 /// A piece of a deck: a header, a key, or keys with values.

@@ -20,6 +20,32 @@ impl PyModel {
         self.add(py, "blocks", None, keys)
     }
 
+    /// Adds a part of the rock, which cuts divide into blocks.
+    ///
+    #[doc = include_str!("keys/RockRegion.txt")]
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn add_region(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "region", None, keys)
+    }
+
+    /// Cuts the regions. Cuts act in the order of the calls. :meth:`cells` has the blocks.
+    ///
+    #[doc = include_str!("keys/RockCut.txt")]
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn cut(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "cut", None, keys)
+    }
+
     /// Sets the properties of contacts between blocks. A later call replaces an earlier one.
     ///
     #[doc = include_str!("keys/ContactTable.txt")]

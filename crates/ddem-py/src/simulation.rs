@@ -210,7 +210,7 @@ impl PySimulation {
         Ok(format!(
             "<Simulation \"{}\": {} blocks, {} nodes, {} steps, {time} s>",
             inner.session.site().deck().title,
-            model.n_blocks(),
+            model.n_whole_blocks(),
             model.n_nodes(),
             simulation.steps(),
         ))

@@ -209,9 +209,7 @@ pub(crate) fn table<'py>(
             Some(_) => Err(model_error(given.py(), key, "is given twice", None)),
         };
         match (key.as_str(), value) {
-            (key, value) if WHERE.contains(&key) && has_where(section) => {
-                put(&mut selector, key, value)?;
-            }
+            (key, value) if part_of_where(section, key) => put(&mut selector, key, value)?,
             ("where", Value::Table(all)) if has_where(section) => {
                 for (key, value) in all {
                     put(&mut selector, &key, value)?;
@@ -233,7 +231,7 @@ pub(crate) fn table<'py>(
 /// for any type of the value.
 fn unknown(section: &str, given: &Bound<'_, PyAny>, key: &str, error: PyErr) -> PyErr {
     let py = given.py();
-    let part_of_where = has_where(section) && (WHERE.contains(&key) || key == "where");
+    let part_of_where = part_of_where(section, key) || has_where(section) && key == "where";
     if part_of_where || is_interruption(py, &error) {
         return error;
     }
@@ -263,6 +261,13 @@ fn shorthand((section, key): (&str, &str), value: Value) -> Value {
     }
 }
 
+/// True for an argument that is a key of `where`. Keys of the entry come first: `plane` and `set` of a
+/// cut are its shapes.
+fn part_of_where(section: &str, key: &str) -> bool {
+    let own = ddem_deck::section_keys(section);
+    WHERE.contains(&key) && own.contains(&"where") && !own.contains(&key)
+}
+
 fn has_where(section: &str) -> bool {
     ddem_deck::section_keys(section).contains(&"where")
 }
@@ -270,12 +275,31 @@ fn has_where(section: &str) -> bool {
 /// Reads one entry of a section alone, so that all faults belong to it.
 pub(crate) fn alone(py: Python<'_>, section: &str, entry: Table) -> PyResult<Deck> {
     let entries = Value::Array(vec![Value::Table(entry)]);
-    read(py, section, entries, &format!("{section}[0]"))
+    read(py, section, entries, &format!("{section}[0]"), None)
+}
+
+/// Reads one `where` alone; `deck` has the tunnels that it may name.
+pub(crate) fn selector_alone(py: Python<'_>, selector: Table, deck: &Deck) -> PyResult<Deck> {
+    let entry = Table::from_iter([("where".to_owned(), Value::Table(selector))]);
+    read(py, "remove", Value::Array(vec![Value::Table(entry)]), "remove[0]", Some(deck))
+}
+
+/// Entry without an `inside` that may be the name of a tunnel, which may also be cut later: `build`
+/// finds it.
+pub(crate) fn without_tunnel(entry: &Table, is_tunnel: impl Fn(&str) -> bool) -> Table {
+    let mut entry = entry.clone();
+    if let Some(Value::Table(selector)) = entry.get_mut("where")
+        && let Some(Value::String(name)) = selector.get("inside")
+        && (is_tunnel(name) || Path::new(name).extension().is_none() && !Path::new(name).exists())
+    {
+        selector.remove("inside");
+    }
+    entry
 }
 
 /// Reads a section that consists of one table alone.
 pub(crate) fn table_alone(py: Python<'_>, section: &str, table: Table) -> PyResult<Deck> {
-    read(py, section, Value::Table(table), section)
+    read(py, section, Value::Table(table), section, None)
 }
 
 /// Deck with the contents of the files that it names; paths are relative to the working directory.
@@ -283,10 +307,25 @@ pub(crate) fn with_files(mut deck: Deck) -> Result<Deck, ModelError> {
     ddem_deck::read_files(&mut deck, Path::new("")).map(|()| deck)
 }
 
-/// Reads a section alone. Errors name arguments without their place in the deck.
-fn read(py: Python<'_>, section: &str, value: Value, place: &str) -> PyResult<Deck> {
+/// Reads a section alone, with the tunnels of a deck. Errors name arguments without their place in
+/// the deck.
+fn read(
+    py: Python<'_>,
+    section: &str,
+    value: Value,
+    place: &str,
+    tunnels: Option<&Deck>,
+) -> PyResult<Deck> {
+    let with_tunnels = |mut deck: Deck| {
+        if let Some(known) = tunnels {
+            let cuts = known.cut.iter().filter(|cut| cut.tunnel.is_some());
+            deck.cut = cuts.cloned().collect();
+            deck.region.clone_from(&known.region);
+        }
+        with_files(deck)
+    };
     ddem_deck::from_table(&Table::from_iter([(section.to_owned(), value)]))
-        .and_then(with_files)
+        .and_then(with_tunnels)
         .map_err(|error| arguments(py, error, place))
 }
 

@@ -3,14 +3,14 @@
 use std::ops::Range;
 
 use ddem_core::{Energy, FieldLocation, ModelError};
-use ddem_deck::Where;
+use ddem_deck::{Deck, Where};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use toml::{Table, Value};
 
 use crate::errors::model_error;
 use crate::simulation::{Inner, PySimulation};
-use crate::values::{alone, no_matter, table, to_python};
+use crate::values::{no_matter, selector_alone, table, to_python};
 use crate::worker::{on_worker_thread, outcome};
 use crate::{arrays, errors, fields};
 
@@ -198,7 +198,10 @@ impl PySimulation {
         py: Python<'py>,
         keys: Option<&Bound<'py, PyDict>>,
     ) -> PyResult<Bound<'py, PyAny>> {
-        let selector = read_where(py, keys)?;
+        let selector = {
+            let inner = self.lock(py)?;
+            read_where(py, keys, inner.session.site().deck())?
+        };
         let found = self.read(py, move |inner| {
             let model = inner.session.simulation().model();
             let nodes = selector.nodes(model).map_err(ModelError::from)?;
@@ -271,10 +274,10 @@ impl PySimulation {
         Ok(self.lock(py)?.session.simulation().model().n_nodes())
     }
 
-    /// Number of blocks.
+    /// Number of blocks. Cells of regions that are joined are one.
     #[getter]
     fn n_blocks(&self, py: Python<'_>) -> PyResult<usize> {
-        Ok(self.lock(py)?.session.simulation().model().n_blocks())
+        Ok(self.lock(py)?.session.simulation().model().n_whole_blocks())
     }
 
     /// Number of elements of the blocks.
@@ -361,7 +364,7 @@ impl PySimulation {
 }
 
 /// `where` that the arguments describe.
-fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Where> {
+fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>, deck: &Deck) -> PyResult<Where> {
     let (mut entry, _) = table("remove", keys, &mut no_matter)?;
     let mut selector = match entry.remove("where") {
         Some(Value::Table(selector)) => selector,
@@ -370,7 +373,6 @@ fn read_where(py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<Wher
     };
     // Other keys of the section become unknown keys of `where`.
     selector.extend(entry);
-    let deck =
-        alone(py, "remove", Table::from_iter([("where".to_owned(), Value::Table(selector))]))?;
+    let deck = selector_alone(py, selector, deck)?;
     Ok(deck.remove.into_iter().next().unwrap_or_default().r#where)
 }

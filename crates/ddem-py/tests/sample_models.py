@@ -46,6 +46,25 @@ def cube(divisions: int = 2, **keys: Any) -> ddem.Model:
     return model
 
 
+def wedge() -> ddem.Model:
+    """A slope of 70/156 with a flat top 10 m above the toe and two joints that make a wedge; north is turned
+    so that x points out of the slope.
+    """
+    rock = ddem.Material(density=2600, young=10e9, poisson=0.25)
+    smooth = ddem.Joint(normal_stiffness=1e9, shear_stiffness=1e9, friction=30)
+    model = ddem.Model(title="wedge", gravity=(0, 0, -9.81))
+    outline = [(-25, -8), (2.911761874, -8), (-3.639702343, 10), (-25, 10)]
+    prism = {"outline": outline, "axis": "y", "from": -20, "to": 20}
+    north = (-0.913545457643, 0.406736643076, 0)
+    model.add_region(name="slope", prism=prism, material=rock, north=north)
+    for name, dip, direction in (("a", 40, 130), ("b", 60, 220)):
+        plane = {"dip": dip, "dip_direction": direction, "through": (0, 0, 0)}
+        model.cut(name=name, plane=plane, joint=smooth)
+    for side in ({"z": -8.0}, {"x": -25.0}, {"y": -20.0}, {"y": 20.0}):
+        model.fix("xyz", **side)
+    return model
+
+
 def breaking(divisions: int = 2) -> ddem.Model:
     """Two cubes with a weak joint, pulled apart at the top."""
     weak = ddem.Joint(thickness=0.01, material=ROCK, cohesion=1e4, friction=20, tension=1e4)

@@ -11,7 +11,7 @@ from typing import Any
 
 import ddem
 import pytest
-from sample_models import REPOSITORY, breaking
+from sample_models import REPOSITORY, breaking, wedge
 
 FOLDER = Path(inspect.getfile(ddem)).parent
 
@@ -51,6 +51,7 @@ def test_docstring_examples_run(test: doctest.DocTest, tmp_path: Path, monkeypat
             pytest.importorskip("pyvista")
             pytest.importorskip("matplotlib")
         test.globs["sim"] = recorded(Path("results/beam-crack"))
+        test.globs.setdefault("model", wedge())
     report: list[str] = []
     flags = doctest.NORMALIZE_WHITESPACE | doctest.ELLIPSIS
     runner = doctest.DocTestRunner(checker=Checker(), optionflags=flags)

@@ -51,6 +51,8 @@ def keys_of(definition: str) -> set[str]:
     keys = set(ddem.schema()["$defs"][definition]["properties"])
     if "where" in keys:
         where = set(ddem.schema()["$defs"]["Where"]["properties"])
+        # Keys that select cells; `plane` and `set` of a cut are its shapes.
+        where = typed_dict("Place") if definition == "RockCut" else where
         keys = keys - {"where"} | where
     return {"from_" if key == "from" else key for key in keys}
 
@@ -63,6 +65,8 @@ def keys_of(definition: str) -> set[str]:
         ("Model.__new__", "ModelTable", {"title"}),
         ("Model.contact", "ContactTable", set()),
         ("Model.add_blocks", "BlockSet", set()),
+        ("Model.add_region", "RockRegion", set()),
+        ("Model.cut", "RockCut", set()),
         ("Model.refine", "Refine", set()),
         ("Model.fix", "Fix", set()),
         ("Model.load", "Load", set()),
@@ -87,9 +91,9 @@ def test_every_deck_section_has_a_method() -> None:
         "materials": "add_blocks",
         "joints": "add_blocks",
         "blocks": "add_blocks",
+        "region": "add_region",
     }
-    # Regions are in decks only: models do not have them yet.
-    for section in set(ddem.schema()["properties"]) - {"region", "cut"}:
+    for section in ddem.schema()["properties"]:
         assert keywords("Model", made_by.get(section, section))
 
 

@@ -4,12 +4,14 @@ mod blocks;
 mod cuts;
 mod inside;
 mod joints;
+mod planes;
 mod shape;
 mod shapes;
 mod stability;
 mod ties;
 
 pub(in crate::build) use blocks::cut as cut_rock;
+pub use planes::RockPlane;
 pub(crate) use shape::parts;
 pub use stability::{BlockMode, BlockVerdict};
 

@@ -308,6 +308,8 @@ fn python_docstrings_match_schema() {
         "Material",
         "Joint",
         "BlockSet",
+        "RockRegion",
+        "RockCut",
         "ContactTable",
         "LintTable",
         "Assign",

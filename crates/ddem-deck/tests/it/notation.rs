@@ -12,6 +12,7 @@ fn headers_keys_and_tables_become_python() {
     for (deck, script) in [
         ("hold it with `[[fix]]`", "hold it with `Model.fix`"),
         ("`[[blocks]]` makes a set", "`Model.add_blocks` makes a set"),
+        ("`[[region]]` and `[[cut]]` make cells", "`Model.add_region` and `Model.cut` make cells"),
         ("`peaks = true` in `[model]`", "`peaks=True` in `Model(...)`"),
         ("`[joints.seam]` makes one", "`Joint(...)` makes one"),
         ("`[contact]` has no effect", "`Model.contact` has no effect"),
@@ -38,6 +39,7 @@ fn headers_keys_and_tables_become_python() {
         assert_eq!(python::place(deck), script);
     }
     assert_eq!(python::list("keys here: `where`, `axes`").matches('`').count(), 2 * 16);
+    assert_eq!(python::list("keys here: `where`, `plane`, `set`").matches('`').count(), 2 * 15);
     let help = "`contact = true` lets them meet";
     let warning = Diagnostic::warning(Code::SetsNotInContact, "model.contact", "`[[fix]]`", help);
     let warning = python::warning(&warning);

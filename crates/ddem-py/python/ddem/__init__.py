@@ -27,14 +27,18 @@ from ddem._ddem import (
 )
 from ddem._errors import Busy, Collapsed, Diverged, Error, ModelError, NotConverged
 from ddem._animate import animate
+from ddem._cells import Cells
 from ddem._plot import plot
 from ddem._probes import plot_probes, read_probes
 from ddem._results import Frame, Results
+from ddem._rock import plot_blocks
 from ddem._safety import Safety, factor_of_safety
 from ddem._sizes import plot_sizes, read_fragments
+from ddem._stereonet import plot_stereonet
 
 __all__ = [
     "Busy",
+    "Cells",
     "Collapsed",
     "Diverged",
     "Error",
@@ -52,8 +56,10 @@ __all__ = [
     "factor_of_safety",
     "load",
     "plot",
+    "plot_blocks",
     "plot_probes",
     "plot_sizes",
+    "plot_stereonet",
     "read_fragments",
     "read_probes",
     "run_deck",

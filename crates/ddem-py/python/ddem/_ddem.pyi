@@ -7,10 +7,11 @@ import numpy as np
 import numpy.typing as npt
 from typing_extensions import Unpack
 
+from ddem._cells import Cells
 from ddem._table import Histories, Table
 from pathlib import Path as FoundPath
 
-from ddem._types import Damping, Floats, History, Integers, Path, Vector, When, Where
+from ddem._types import Damping, Floats, History, Integers, Path, Place, Vector, When, Where
 
 if TYPE_CHECKING:
     import pyvista as pv
@@ -138,6 +139,40 @@ class Model:
         dip_direction: float | None = None,
         planes: Mapping[str, Mapping[str, float]] | None = None,
         # end
+    ) -> None: ...
+    def add_region(
+        self,
+        *,
+        # keys: RockRegion
+        name: str | None = None,
+        box: Mapping[str, Any] | None = None,
+        prism: Mapping[str, Any] | None = None,
+        faces: Sequence[Sequence[Vector]] | None = None,
+        material: str | Material,
+        divisions: int = 2,
+        body: Literal["deformable", "rigid"] = "deformable",
+        north: Vector = ...,
+        seed: int = 0,
+        small: Mapping[str, Any] = ...,
+        # end
+    ) -> None: ...
+    def cut(
+        self,
+        *,
+        # keys: RockCut
+        name: str | None = None,
+        set: Mapping[str, Any] | None = None,
+        plane: Mapping[str, Any] | None = None,
+        disc: Mapping[str, Any] | None = None,
+        polygon: Sequence[Vector] | None = None,
+        dfn: Mapping[str, Any] | None = None,
+        surface: Path | None = None,
+        tunnel: Mapping[str, Any] | None = None,
+        joint: str | Joint | None = None,
+        join: bool = False,
+        bridge: str | Joint | None = None,
+        # end
+        **where: Unpack[Place],
     ) -> None: ...
     def contact(
         self,
@@ -274,6 +309,7 @@ class Model:
         # end
         **where: Unpack[Where],
     ) -> None: ...
+    def cells(self) -> Cells: ...
     def build(self, *, threads: int | None = None) -> Simulation: ...
     @staticmethod
     def from_deck(deck: Path | Mapping[str, Any]) -> Model: ...

@@ -149,16 +149,11 @@ def plot(
     >>> ddem.plot(sim, "stress", component="s1", screenshot="beam.png")
     >>> ddem.plot("results/beam-crack", joints="state", html="crack.html")
     """
-    pv = _pyvista()
+    library = _pyvista()
     _check(view, edges, joints, scale, contacts)
     check_size(window_size)
-    to_file = screenshot is not None or html is not None
-    notebook = show and not to_file and _in_notebook()
-    window = show and not to_file and not notebook
-    if window and no_display() and not pv.OFF_SCREEN:
-        raise RuntimeError(
-            'there is no display for a window: give screenshot="picture.png" or html="page.html"'
-        )
+    if show and screenshot is None and html is None and not _in_notebook():
+        check_display(library)
     state = scene_of(simulation, frame, joints is not None, contacts)
     scale = _scale(state, scale, contacts)
     shown, bar = (field, component, label), (cmap, clim)
@@ -166,6 +161,25 @@ def plot(
     words = [state.title, about(state, scale, len(outside(state, scale)), layers[0].beyond)]
     if moving:
         layers += [_traces.moving(state, number, scale) for number in _moving(simulation, frame)]
+    return present(layers, words, view, background, window_size, (screenshot, html), show)
+
+
+def present(
+    layers: list[Layer],
+    words: list[str],
+    view: str,
+    background: str,
+    window_size: tuple[int, int],
+    files: tuple[str | os.PathLike[str] | None, str | os.PathLike[str] | None],
+    show: bool,
+) -> pv.Plotter:
+    """Draw layers to a picture and a page, or in a window or notebook."""
+    pv, (screenshot, html) = _pyvista(), files
+    to_file = screenshot is not None or html is not None
+    notebook = show and not to_file and _in_notebook()
+    window = show and not to_file and not notebook
+    if window:
+        check_display(pv)
     if html is not None or notebook:
         page = page_of(layers, words, VIEWS, view, pv.Color(background).float_rgb, window_size)
         if html is not None:
@@ -196,6 +210,14 @@ def _pyvista() -> Any:
     except ImportError as missing:
         raise ImportError('plots need PyVista: pip install "ddem[plot]"') from missing
     return pyvista
+
+
+def check_display(pv: Any) -> None:
+    """Raise a RuntimeError if there is no display for a window."""
+    if no_display() and not pv.OFF_SCREEN:
+        raise RuntimeError(
+            'there is no display for a window: give screenshot="picture.png" or html="page.html"'
+        )
 
 
 def check_size(window_size: tuple[int, int]) -> None:

@@ -57,19 +57,26 @@ class Topography(TypedDict):
 Sheet: TypeAlias = Union[float, Plane, Topography]
 
 
-class Where(TypedDict, total=False):
-    """Keys that select a part of a model: planes, ranges, shapes, orientations, a set of blocks or its side."""
+class Place(TypedDict, total=False):
+    """Keys that select cells: ranges and shapes."""
 
-    # entries: Where
+    # entries: Where only x y z sphere cylinder above below inside
     x: Extent
     y: Extent
     z: Extent
     sphere: Sphere
     cylinder: Cylinder
-    plane: Plane
     above: Sheet
     below: Sheet
     inside: Path
+    # end
+
+
+class Where(Place, total=False):
+    """Keys that select a part of a model: planes, ranges, shapes, orientations, a set of blocks or its side."""
+
+    # entries: Where only plane side dip dip_direction within cut set
+    plane: Plane
     side: Literal["x-", "x+", "y-", "y+", "z-", "z+"]
     dip: float
     dip_direction: float

@@ -14,8 +14,8 @@ import ddem
 import numpy as np
 import pytest
 from ddem import __main__ as program
-from ddem import _animate, _mesh, _plot, _probes, _results, _sizes, _table
-from sample_models import REPOSITORY, column, cube
+from ddem import _animate, _mesh, _plot, _probes, _results, _rock, _sizes, _stereonet, _table
+from sample_models import REPOSITORY, column, cube, wedge
 
 pytest.importorskip("pyvista")
 pytest.importorskip("plotly")
@@ -141,7 +141,34 @@ def calls(simulation, folder, tmp_path, monkeypatch):
     yield "kind of fragments", lambda: _sizes.plot_sizes(3)
     yield "no fragments", lambda: _sizes.plot_sizes(built.fragments[:0])
     yield "stage of sizes", lambda: _sizes.plot_sizes(built, stage="weight")
+    yield from rock_calls(monkeypatch)
     yield "tables without pandas", lambda: without(monkeypatch, "pandas", _table._pandas)
+
+
+def rock_calls(monkeypatch):
+    """Wrong calls about cut rock, by name."""
+    model = wedge()
+    cells = model.cells()
+    joined = ddem.Model()
+    joined.add_region(box={"from": (0, 0, 0), "to": (1, 1, 1)}, material=model_rock())
+    yield "polyhedra without PyVista", lambda: without(monkeypatch, "pyvista", cells.mesh)
+    yield "kind of cells", lambda: _rock.plot_blocks("deck.toml")
+    yield "distance of blocks", lambda: _rock.plot_blocks(cells, explode=np.inf)
+    yield "cells to draw", lambda: _rock.plot_blocks(cells, where=[9])
+    yield "no cells to draw", lambda: _rock.plot_blocks(cells, where=[])
+    yield "colour of cells", lambda: _rock.plot_blocks(cells, "factors")
+    yield "number of colours", lambda: _rock.plot_blocks(cells, [1.0])
+    yield "kind of colours", lambda: _rock.plot_blocks(cells, [None] * 4)
+    yield "name of a cut", lambda: _stereonet.plot_stereonet(cells, cuts="c")
+    yield "no planes", lambda: _stereonet.plot_stereonet(joined)
+    yield "nets without matplotlib", lambda: without(
+        monkeypatch, "matplotlib.pyplot", lambda: _stereonet.plot_stereonet(cells)
+    )
+
+
+def model_rock():
+    """A material."""
+    return ddem.Material(density=2600, young=10e9, poisson=0.25)
 
 
 def wrong_joints(folder):

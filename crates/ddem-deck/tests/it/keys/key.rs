@@ -7,6 +7,9 @@ use serde_json::Value;
 use super::json_schema;
 use crate::python;
 
+/// Keys of `where` that select the cells of a cut, whose own keys `plane` and `set` are its shapes.
+const CELLS: [&str; 8] = ["x", "y", "z", "sphere", "cylinder", "above", "below", "inside"];
+
 /// Key of a table, from its description in the schema.
 #[derive(Clone)]
 pub(super) struct DeckKey {
@@ -94,11 +97,17 @@ impl DeckKey {
         let optional = if self.optional { ", optional" } else { "" };
         let text = in_python(&format!("{meaning}{unit}{default}."));
         let head = if self.name == "where" {
-            format!("{} : optional", ddem_deck::keys("Where").join(", "))
+            format!("{} : optional", self.where_keys().join(", "))
         } else {
             format!("{} : {}{optional}", self.python_name(), self.words())
         };
         format!("{head}\n{}", wrapped(&text))
+    }
+
+    /// Keys of `where` that are arguments of their own: those of cells for the cells of a cut.
+    fn where_keys(&self) -> Vec<&'static str> {
+        let of_cells = |key: &&str| !self.meaning.starts_with("Cells") || CELLS.contains(key);
+        ddem_deck::keys("Where").into_iter().filter(of_cells).collect()
     }
 
     /// Type in a docstring.
@@ -110,6 +119,7 @@ impl DeckKey {
             },
             "Sequence[int]" => "array of int".to_owned(),
             "Sequence[Vector]" => "array of vectors".to_owned(),
+            "Sequence[Sequence[Vector]]" => "list of arrays of vectors".to_owned(),
             "Sequence[str]" => "list of str".to_owned(),
             "History" => "callable, dict or rows".to_owned(),
             "Damping" => "float, str or dict".to_owned(),
@@ -135,7 +145,9 @@ impl DeckKey {
     /// Type in a stub.
     pub(super) fn python_type(&self) -> String {
         match self.name.as_str() {
-            "inside" | "topography" => return "Path".to_owned(),
+            "inside" | "topography" | "surface" => return "Path".to_owned(),
+            "bridge" => return "str | Joint".to_owned(),
+            "faces" => return "Sequence[Sequence[Vector]]".to_owned(),
             "material" => return "str | Material".to_owned(),
             "joint" if reference(&self.schema) != Some("JointChoice") => {
                 return "str | Joint".to_owned();
@@ -222,7 +234,8 @@ fn named(name: &str) -> String {
         "TimeStep" => "float | Literal[\"auto\"]".to_owned(),
         "Explosive" => "str | Mapping[str, float]".to_owned(),
         "Edges" | "Gradient" => "Mapping[str, Vector]".to_owned(),
-        "BlockMesh" => "Mapping[str, Any]".to_owned(),
+        "BlockMesh" | "BoxShape" | "PrismShape" | "SmallBlocks" | "SetCut" | "PlaneCut"
+        | "DiscCut" | "NetworkCut" | "TunnelCut" => "Mapping[str, Any]".to_owned(),
         "Orientations" => "Mapping[str, Mapping[str, float]]".to_owned(),
         "JointChoice" => "str | Joint | Mapping[str, str | Joint]".to_owned(),
         name => {
