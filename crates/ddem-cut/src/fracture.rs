@@ -13,8 +13,9 @@ use crate::tree::AxisBox;
 /// Part of the section of a cell above which a fracture in it counts: the cell is then cut whole.
 pub const TOUCHED: f64 = 0.05;
 
-/// Part of the section of a cell above which a triangle of a surface meets it. Less is rounding.
-const MET: f64 = 1e-9;
+/// Part of the section of a cell above which a triangle of a surface meets it. Less is rounding: files of
+/// surfaces have single precision, and their edges often lie on planes that have cut before.
+const MET: f64 = 1e-5;
 
 /// Number of corners of the polygon that stands for a disc.
 const SIDES: usize = 32;

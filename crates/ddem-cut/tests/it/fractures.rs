@@ -237,3 +237,26 @@ fn fifty_thousand_discs_take_less_than_five_seconds() {
     println!("50 000 discs: {divisions} divisions in {time:.2} s");
     assert!(time < 5.0);
 }
+
+/// The edge between two triangles lies on a plane that has cut before, but for the rounding of files: each
+/// triangle cuts the cell on its own side only.
+#[test]
+fn triangles_do_not_cut_the_cells_that_their_edges_touch() {
+    let ridge = 0.5 + 3e-8;
+    let corner = |x: f64, y: f64, z: f64| vector([x, y, z]);
+    let side = |foot: f64, y: [f64; 2]| {
+        let [a, b] = y;
+        let corners = [
+            [corner(foot, a, 0.3), corner(ridge, a, 0.7), corner(ridge, b, 0.7)],
+            [corner(foot, a, 0.3), corner(ridge, b, 0.7), corner(foot, b, 0.3)],
+        ];
+        corners.map(|three| Fracture::polygon(&three, 1, true).unwrap())
+    };
+    let mut rock = cube(1.0);
+    cut_all(&mut rock, &[plane(vector([1.0, 0.0, 0.0]), vector([0.5; 3]))]);
+    let roof = [side(-0.5, [-1.0, 2.0]), side(1.5, [-1.0, 2.0])].concat();
+    let allowed = rock.select(|_, _| true);
+    rock.cut_surface(&roof, allowed);
+    assert_eq!(rock.cells().len(), 4);
+    assert_sound(&rock, 1.0);
+}
