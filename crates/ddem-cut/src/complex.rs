@@ -23,14 +23,14 @@ pub const MOST_CELLS: usize = 10_000_000;
 /// Cells that tile regions of rock. Neighbours share points, so that their faces match.
 #[derive(Clone, Debug)]
 pub struct CellComplex {
-    points: Vec<Vector3<f64>>,
-    planes: Vec<CutPlane>,
-    cells: Vec<ConvexCell>,
-    tree: CellTree,
+    pub(crate) points: Vec<Vector3<f64>>,
+    pub(crate) planes: Vec<CutPlane>,
+    pub(crate) cells: Vec<ConvexCell>,
+    pub(crate) tree: CellTree,
     /// Distance within which a point lies on a plane `[m]`.
-    tolerance: f64,
+    pub(crate) tolerance: f64,
     /// Number of times that rounding errors kept a cell whole.
-    n_uncut: usize,
+    pub(crate) n_uncut: usize,
     /// Fractures of finite size, by the number of their plane.
     pub(crate) fractures: BTreeMap<u32, Fracture>,
 }
@@ -378,7 +378,7 @@ impl PointSides {
     }
 }
 
-fn bounds(points: &[Vector3<f64>], faces: &[CellFace]) -> AxisBox {
+pub(crate) fn bounds(points: &[Vector3<f64>], faces: &[CellFace]) -> AxisBox {
     let corners = faces.iter().flat_map(|face| &face.corners);
     AxisBox::around(corners.map(|&corner| &points[corner as usize]))
 }

@@ -1,7 +1,8 @@
 //! Convex cells: regions of rock cut by joint sets, faults and tunnels.
 //!
 //! A [`CellComplex`] begins with the convex parts of regions ([`Polyhedron`], [`prism`]) and cuts
-//! them by planes ([`CutPlane`], [`JointSet`], [`Tunnel`], [`Fracture`], [`FractureNetwork`]). Cells share points. The side of a point
+//! them by planes ([`CutPlane`], [`JointSet`], [`Tunnel`], [`Fracture`], [`FractureNetwork`])
+//! or between seeds ([`CellComplex::cut_voronoi`]). Cells share points. The side of a point
 //! to a plane is decided once, and an edge is divided once, so that neighbours always agree. Faces
 //! that they have in common match, unless a cut ended there ([`CommonFace`]). Only the cells whose boxes a plane meets are visited.
 //!
@@ -34,10 +35,12 @@ mod parts;
 mod plane;
 mod polyhedron;
 mod random;
+mod seeds;
 mod split;
 mod stability;
 mod tree;
 mod tunnel;
+mod voronoi;
 
 pub use cell::{CellDefect, CellFace, ConvexCell};
 pub use complex::{CellComplex, CutCount, MOST_CELLS, ON_PLANE};
@@ -53,5 +56,6 @@ pub use parts::{CellPart, PartPoint};
 pub use plane::{Compass, CutPlane, PlaneSource, sin_cos_degrees};
 pub use polyhedron::{Polyhedron, ShapeError, prism};
 pub use random::RandomStream;
+pub use seeds::voronoi_seeds;
 pub use stability::{FirstMotion, JointFace, merged_faces};
 pub use tunnel::Tunnel;

@@ -77,6 +77,10 @@ pub(crate) fn properties(
     }
 }
 
+pub(crate) fn volume(points: &[Vector3<f64>], faces: &[CellFace]) -> f64 {
+    sums(points, faces, &middle(points, faces)).volume
+}
+
 pub(crate) fn centroid(points: &[Vector3<f64>], faces: &[CellFace]) -> Vector3<f64> {
     let origin = middle(points, faces);
     let sums = sums(points, faces, &origin);

@@ -1,5 +1,7 @@
 //! Tree of the boxes of cells: a cell that is cut keeps its box, below which its two parts hang.
 
+use std::collections::HashMap;
+
 use nalgebra::Vector3;
 
 use crate::plane::CutPlane;
@@ -16,6 +18,15 @@ impl AxisBox {
     pub(crate) fn around<'a>(points: impl Iterator<Item = &'a Vector3<f64>>) -> Self {
         let far = Vector3::repeat(f64::INFINITY);
         let (low, high) = points.fold((far, -far), |(low, high), x| (low.inf(x), high.sup(x)));
+        Self { centre: (low + high) / 2.0, half: (high - low) / 2.0 }
+    }
+
+    /// Smallest box around the boxes of cells.
+    fn of(parts: &[(u32, Self)]) -> Self {
+        let far = Vector3::repeat(f64::INFINITY);
+        let (low, high) = parts.iter().fold((far, -far), |(low, high), (_, part)| {
+            (low.inf(&(part.centre - part.half)), high.sup(&(part.centre + part.half)))
+        });
         Self { centre: (low + high) / 2.0, half: (high - low) / 2.0 }
     }
 
@@ -82,6 +93,37 @@ impl CellTree {
                 Below::Cell(cell) => met.push((number, cell)),
                 Below::Nodes(first) => open.extend([first + 1, first]),
             }
+        }
+    }
+
+    /// Node of each cell.
+    pub(crate) fn leaves(&self) -> HashMap<u32, u32> {
+        let nodes = self.nodes.iter().zip(0..);
+        let leaf = |(node, number): (&TreeNode, u32)| match node.below {
+            Below::Cell(cell) => Some((cell, number)),
+            Below::Nodes(_) => None,
+        };
+        nodes.filter_map(leaf).collect()
+    }
+
+    /// Replaces the cell of a node by several parts, halved along the longest side of their box.
+    pub(crate) fn replace(&mut self, node: u32, parts: Vec<(u32, AxisBox)>) {
+        let mut open = vec![(node, parts)];
+        while let Some((node, mut parts)) = open.pop() {
+            let bounds = AxisBox::of(&parts);
+            if let [(cell, own)] = parts[..] {
+                self.nodes[node as usize] = TreeNode { bounds: own, below: Below::Cell(cell) };
+                continue;
+            }
+            let axis = bounds.half.imax();
+            parts.sort_by(|a, b| a.1.centre[axis].total_cmp(&b.1.centre[axis]).then(a.0.cmp(&b.0)));
+            let upper = parts.split_off(parts.len() / 2);
+            let first = self.nodes.len() as u32;
+            self.nodes[node as usize] = TreeNode { bounds, below: Below::Nodes(first) };
+            // Both are replaced below.
+            let empty = TreeNode { bounds, below: Below::Cell(0) };
+            self.nodes.extend([empty, empty]);
+            open.extend([(first, parts), (first + 1, upper)]);
         }
     }
 

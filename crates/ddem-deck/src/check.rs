@@ -15,6 +15,7 @@ mod strength;
 #[cfg(test)]
 mod tests;
 mod units;
+mod voronoi;
 mod warnings;
 
 pub(crate) use warnings::warnings;

@@ -49,7 +49,7 @@ pub use orientation::{Orientation, Orientations};
 pub(crate) use rock::TIED;
 pub use rock::{
     AxisName, BoxShape, PlaneCut, PrismShape, RockCut, RockRegion, SetCut, SetSpacing, SmallBlocks,
-    SmallKind, SpacingLaw, SpacingTable, TunnelCut,
+    SmallKind, SpacingLaw, SpacingTable, TunnelCut, VoronoiCut,
 };
 pub use selection::{Cylinder, Extent, Plane, Sheet, Side, Sphere, Where};
 pub use size::Size;

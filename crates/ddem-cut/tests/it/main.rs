@@ -13,4 +13,5 @@ mod shapes;
 mod shared;
 mod stability;
 mod tunnels;
+mod voronoi;
 mod wedges;

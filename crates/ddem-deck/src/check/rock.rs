@@ -167,8 +167,10 @@ fn cut(deck: &Deck, at: &str, cut: &RockCut, faults: &mut Faults) {
         ("dfn", cut.dfn.is_some()),
         ("surface", cut.surface.is_some()),
         ("tunnel", cut.tunnel.is_some()),
+        ("voronoi", cut.voronoi.is_some()),
     ];
-    let help = "a cut is a set of planes, one plane, fractures of finite size, or a tunnel";
+    let help =
+        "a cut is a set of planes, one plane, fractures of finite size, a tunnel, or Voronoi cells";
     one_of(at, &keys, help, faults);
     fractures::check(deck, at, cut, faults);
     if let Some(set) = &cut.set {
@@ -176,6 +178,9 @@ fn cut(deck: &Deck, at: &str, cut: &RockCut, faults: &mut Faults) {
     }
     if let Some(plane) = &cut.plane {
         self::plane(&format!("{at}.plane"), plane, faults);
+    }
+    if let Some(of) = &cut.voronoi {
+        super::voronoi::check(&format!("{at}.voronoi"), of, faults);
     }
     if let Some(tunnel) = &cut.tunnel {
         self::tunnel(&format!("{at}.tunnel"), tunnel, faults);

@@ -172,6 +172,9 @@ pub struct RockCut {
     /// touches; needed without another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tunnel: Option<TunnelCut>,
+    /// Voronoi cells of seeds, `{ number, least }` or `{ points }`; needed without another shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub voronoi: Option<VoronoiCut>,
     /// Name of the joint on the planes; needed without `join`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
@@ -288,4 +291,21 @@ pub struct TunnelCut {
     pub from: [f64; 3],
     /// End of the axis `[m]`.
     pub to: [f64; 3],
+}
+
+/// Voronoi cells: each is nearer to its seed than to all others.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct VoronoiCut {
+    /// Number of seeds at random places in the box around the regions, from 2; needed without
+    /// `points`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub number: Option<u32>,
+    /// Least distance between random seeds `[m]`; default 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("default" = f64::default()))]
+    pub least: Option<f64>,
+    /// Seeds, shape (n, 3) `[m]`; needed without `number`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<Vec<[f64; 3]>>,
 }

@@ -227,6 +227,9 @@ joint = "seam"
 [[cut]]
 dfn = { number = 9, size = { power = 3, from = 0.5, to = 2 }, dip = 20, dip_direction = 70 }
 joint = "seam"
+[[cut]]
+voronoi = { number = 5 }
+joint = "seam"
 "#;
 
 /// Place in `BASE` or `ROCK` and another value of each key with a default.
@@ -263,6 +266,7 @@ fn places() -> Vec<(&'static str, &'static str, &'static str, Value)> {
         ("RockCut", "bridge", "cut.1", json!("seam")),
         ("SetCut", "persistence", "cut.0.set", json!(0.5)),
         ("NetworkCut", "least", "cut.2.dfn", json!(1.0)),
+        ("VoronoiCut", "least", "cut.3.voronoi", json!(1.0)),
         ("SpacingTable", "least", "cut.0.set.spacing", json!(0.5)),
         ("Stage", "bracket", "stage.2", json!([1, 2])),
         ("Stage", "resolution", "stage.2", json!(0.1)),

@@ -19,6 +19,7 @@ mod rock;
 mod rock_fractures;
 mod rock_run;
 mod rock_stability;
+mod rock_voronoi;
 mod run_messages;
 mod selection;
 mod selectors;

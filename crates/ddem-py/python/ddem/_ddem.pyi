@@ -168,6 +168,7 @@ class Model:
         dfn: Mapping[str, Any] | None = None,
         surface: Path | None = None,
         tunnel: Mapping[str, Any] | None = None,
+        voronoi: Mapping[str, Any] | None = None,
         joint: str | Joint | None = None,
         join: bool = False,
         bridge: str | Joint | None = None,

@@ -7,7 +7,7 @@ use ddem_cut::{
     RandomStream, Tunnel, expected_cells,
 };
 
-use super::shapes::{fractures, joint_set, network, plane, spacing, tunnel};
+use super::shapes::{fractures, joint_set, network, plane, seeds, spacing, tunnel};
 use crate::build::geometry::{Selector, coordinates};
 use crate::schema::{Deck, RockCut, SetCut, Where};
 
@@ -42,6 +42,8 @@ enum CutShape {
     Planes(Vec<CutPlane>),
     Fractures(Vec<Fracture>),
     Tunnel(Tunnel),
+    /// Seeds of Voronoi cells `[m]`.
+    Seeds(Vec<Vec3>),
 }
 
 /// Rock before the cuts.
@@ -57,7 +59,7 @@ struct WholeRock<'a> {
 /// Cells of all regions after all cuts.
 pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex, Vec<Fault>> {
     let whole = WholeRock::new(deck, shapes);
-    for count in [far_origin, too_many_discs, too_many] {
+    for count in [far_origin, too_many_discs, too_many, too_close] {
         if let Some(fault) = count(deck, &whole) {
             return Err(vec![fault]);
         }
@@ -96,6 +98,9 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
                 }
                 CutShape::Fractures(fractures) => rock.cut_fractures(fractures, allowed),
                 CutShape::Tunnel(tunnel) => rock.cut_tunnel(tunnel, allowed),
+                CutShape::Seeds(seeds) => {
+                    rock.cut_voronoi(seeds, number as u32, entry.join, allowed)
+                }
             };
             all.divisions += count.divisions;
             all.too_many |= count.too_many;
@@ -154,6 +159,9 @@ impl<'a> WholeRock<'a> {
         }
         if let Some(of) = fractures(entry, number, &group.compass, group.seed, self.bounds) {
             return Some(CutShape::Fractures(of));
+        }
+        if let Some(of) = &entry.voronoi {
+            return Some(CutShape::Seeds(seeds(of, number, group.seed, self.bounds)));
         }
         let tunnel = tunnel(entry.tunnel.as_ref()?, &group.compass, number, entry.join)?;
         Some(CutShape::Tunnel(tunnel))
@@ -221,6 +229,32 @@ fn too_many_discs(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
             let fault =
                 Fault::new(ErrorCode::TooLarge, format!("cut[{number}].dfn.{key}"), message);
             (discs > MOST_CELLS as f64).then(|| fault.help(help))
+        },
+    )
+}
+
+/// Share of space that balls fill at most when they are put at random places one by one.
+const RANDOM_BALLS: f64 = 0.4;
+
+/// Fault of random seeds that do not fit at their least distance.
+fn too_close(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
+    let cuts = deck.cut.iter().enumerate().filter_map(|(i, cut)| Some((i, cut.voronoi.as_ref()?)));
+    cuts.flat_map(|of| whole.groups.iter().map(move |group| (of, group))).find_map(
+        |((number, entry), group)| {
+            let (wanted, least) = (entry.number? as usize, entry.least?);
+            let ball = std::f64::consts::PI * least * least * least / 6.0;
+            // Half of the balls at the rim is outside of the box.
+            let room = (whole.bounds[1] - whole.bounds[0]).add_scalar(least).product();
+            let fits = RANDOM_BALLS * room / ball;
+            let n = match wanted as f64 <= fits {
+                true => seeds(entry, number as u32, group.seed, whole.bounds).len() as f64,
+                false => fits.floor(),
+            };
+            let place = format!("cut[{number}].voronoi.least");
+            let message = format!("only about {n} of {wanted} seeds fit at this distance");
+            let help = "give fewer seeds, or a smaller `least`";
+            let fault = Fault::new(ErrorCode::OutOfRange, place, message).help(help);
+            (n < wanted as f64).then_some(fault)
         },
     )
 }
@@ -327,6 +361,9 @@ fn without_effect(
     if entry.surface.is_some() {
         return Some(fault("surface", "the surface meets no cell"));
     }
+    if entry.voronoi.is_some() {
+        return Some(fault("voronoi", "no cell has parts of two seeds"));
+    }
     let fractures = [
         ("disc", entry.disc.is_some()),
         ("polygon", entry.polygon.is_some()),
@@ -338,7 +375,7 @@ fn without_effect(
     // A tunnel along faces that are there already divides nothing, but has cells inside.
     let inside = |cell: usize| {
         cuts.iter().any(|region_cut| match &region_cut.shape {
-            CutShape::Planes(_) | CutShape::Fractures(_) => false,
+            CutShape::Planes(_) | CutShape::Fractures(_) | CutShape::Seeds(_) => false,
             CutShape::Tunnel(tunnel) => {
                 region_cut.regions.contains(&rock.cells()[cell].region)
                     && tunnel.contains(&rock.centroid(cell))

@@ -3,11 +3,11 @@
 use ddem_core::problem::Vec3;
 use ddem_cut::{
     Compass, CutPlane, DiscCount, DiscSize, Fracture, FractureNetwork, JointSet, Outline, Spacing,
-    Tunnel,
+    Tunnel, voronoi_seeds,
 };
 
 use crate::schema::{
-    DiscSizes, NetworkCut, PlaneCut, RockCut, SetCut, SetSpacing, SpacingLaw, TunnelCut,
+    DiscSizes, NetworkCut, PlaneCut, RockCut, SetCut, SetSpacing, SpacingLaw, TunnelCut, VoronoiCut,
 };
 
 pub(super) fn joint_set(set: &SetCut, compass: &Compass, middle: Vec3) -> JointSet {
@@ -115,6 +115,17 @@ pub(super) fn fractures(
     let least = of.least.unwrap_or_default();
     all.retain(|fracture| fracture.radius >= least);
     Some(all)
+}
+
+/// Seeds of Voronoi cells in a box.
+pub(super) fn seeds(of: &VoronoiCut, number: u32, seed: u64, bounds: [Vec3; 2]) -> Vec<Vec3> {
+    match (&of.points, of.number) {
+        (Some(points), _) => points.iter().map(|point| Vec3::from(*point)).collect(),
+        (None, wanted) => {
+            let (wanted, least) = (wanted.unwrap_or_default(), of.least.unwrap_or_default());
+            voronoi_seeds(bounds, wanted as usize, least, seed, number)
+        }
+    }
 }
 
 /// Statistics of a network; `None` if it is in a file.

@@ -235,7 +235,7 @@ fn named(name: &str) -> String {
         "Explosive" => "str | Mapping[str, float]".to_owned(),
         "Edges" | "Gradient" => "Mapping[str, Vector]".to_owned(),
         "BlockMesh" | "BoxShape" | "PrismShape" | "SmallBlocks" | "SetCut" | "PlaneCut"
-        | "DiscCut" | "NetworkCut" | "TunnelCut" => "Mapping[str, Any]".to_owned(),
+        | "DiscCut" | "NetworkCut" | "TunnelCut" | "VoronoiCut" => "Mapping[str, Any]".to_owned(),
         "Orientations" => "Mapping[str, Mapping[str, float]]".to_owned(),
         "JointChoice" => "str | Joint | Mapping[str, str | Joint]".to_owned(),
         name => {

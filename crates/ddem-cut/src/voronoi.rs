@@ -1,0 +1,315 @@
+//! Voronoi cells: of each cell of rock the parts that are nearer to one seed than to all others.
+
+use std::collections::HashMap;
+
+use nalgebra::Vector3;
+
+use crate::cell::{self, CellFace, ConvexCell};
+use crate::complex::{CellComplex, CutCount, MOST_CELLS, bounds};
+use crate::measure;
+use crate::plane::CutPlane;
+use crate::seeds::SeedGrid;
+use crate::split;
+
+/// Mark of the number of a seed in place of that of a plane.
+const SEED: u32 = 1 << 31;
+
+/// Relative difference of the volume of a cell from the sum of its parts that rounding may cause.
+const ROUNDING: f64 = 1e-9;
+
+/// Part of a cell while it is clipped: points with numbers of its own, those of the cell first.
+#[derive(Clone)]
+struct Clipped {
+    points: Vec<Vector3<f64>>,
+    faces: Vec<CellFace>,
+}
+
+/// Points of a complex by their place: points that are nearer than the tolerance are one.
+struct WeldedPoints {
+    tolerance: f64,
+    known: HashMap<[i64; 3], Vec<u32>>,
+}
+
+/// Cut by the planes between seeds.
+struct VoronoiParts<'a> {
+    seeds: &'a [Vector3<f64>],
+    grid: SeedGrid<'a>,
+    cut: u32,
+    joined: bool,
+    tolerance: f64,
+    welded: WeldedPoints,
+    /// Number of the plane between two seeds.
+    planes: HashMap<(u32, u32), u32>,
+}
+
+impl CellComplex {
+    /// Divides cells by the planes half way between seeds. Each part is a Voronoi cell, as far as it lies in
+    /// the cell that it divides. `allowed` has a flag for each cell.
+    ///
+    /// A cell in which rounding errors leave no polyhedra stays whole, and is counted.
+    pub fn cut_voronoi(
+        &mut self,
+        seeds: &[Vector3<f64>],
+        cut: u32,
+        joined: bool,
+        mut allowed: Vec<bool>,
+    ) -> CutCount {
+        allowed.resize(self.cells.len(), false);
+        let chosen: Vec<usize> = (0..allowed.len()).filter(|&cell| allowed[cell]).collect();
+        let mut welded = WeldedPoints {
+            tolerance: self.tolerance.max(f64::MIN_POSITIVE),
+            known: HashMap::new(),
+        };
+        for corner in chosen.iter().flat_map(|&cell| self.cells[cell].vertices()) {
+            welded.insert(&self.points[corner as usize], corner);
+        }
+        let (grid, planes) = (SeedGrid::new(seeds), HashMap::new());
+        let tolerance = self.tolerance;
+        let mut work = VoronoiParts { seeds, grid, cut, joined, tolerance, welded, planes };
+        let (mut count, leaves) = (CutCount::default(), self.tree.leaves());
+        for cell in chosen {
+            match work.parts(self, cell) {
+                Some(parts) if parts.len() > 1 => {
+                    count.divisions += parts.len() - 1;
+                    self.replace(leaves[&(cell as u32)], cell, parts);
+                }
+                Some(_) => {}
+                None => self.n_uncut += 1,
+            }
+            if self.cells.len() > MOST_CELLS {
+                count.too_many = true;
+                break;
+            }
+        }
+        count
+    }
+
+    /// Replaces a cell by its parts.
+    fn replace(&mut self, node: u32, cell: usize, parts: Vec<Vec<CellFace>>) {
+        let region = self.cells[cell].region;
+        let mut boxes = Vec::with_capacity(parts.len());
+        for (i, faces) in parts.into_iter().enumerate() {
+            let number = if i == 0 { cell } else { self.cells.len() };
+            boxes.push((number as u32, bounds(&self.points, &faces)));
+            let part = ConvexCell { faces, region };
+            if i == 0 {
+                self.cells[cell] = part;
+            } else {
+                self.cells.push(part);
+            }
+        }
+        self.tree.replace(node, boxes);
+    }
+}
+
+impl VoronoiParts<'_> {
+    /// Faces of the parts of a cell in the order of their seeds; `None` if rounding errors spoil one.
+    fn parts(&mut self, rock: &mut CellComplex, cell: usize) -> Option<Vec<Vec<CellFace>>> {
+        let own = rock.cells[cell].clone();
+        let corners = own.vertices();
+        let local = |corner: &u32| corners.binary_search(corner).unwrap_or_default() as u32;
+        let faces = own.faces.iter().map(|face| CellFace {
+            plane: face.plane,
+            corners: face.corners.iter().map(local).collect(),
+        });
+        let points: Vec<_> = corners.iter().map(|&corner| rock.points[corner as usize]).collect();
+        let whole = Clipped { points, faces: faces.collect() };
+        let mut parts = Vec::new();
+        for seed in self.near(&whole.points) {
+            let part = self.part(&whole, seed)?;
+            if !part.faces.is_empty() {
+                parts.push((seed, part));
+            }
+        }
+        if parts.len() < 2 {
+            return Some(vec![own.faces]);
+        }
+        let volume = |part: &Clipped| measure::volume(&part.points, &part.faces);
+        let sum: f64 = parts.iter().map(|(_, part)| volume(part)).sum();
+        if (sum - volume(&whole)).abs() > ROUNDING * volume(&whole) {
+            return None;
+        }
+        let numbers: Vec<Vec<u32>> =
+            parts.iter().map(|(_, part)| self.numbers(rock, &corners, part)).collect();
+        let mut finished = Vec::with_capacity(parts.len());
+        for ((seed, part), numbers) in parts.iter().zip(&numbers) {
+            let faces = self.finished(rock, *seed, part, numbers);
+            cell::check(&faces).ok()?;
+            finished.push(faces);
+        }
+        Some(finished)
+    }
+
+    /// Seeds whose Voronoi cells may meet a convex cell with these corners, in increasing order.
+    fn near(&self, corners: &[Vector3<f64>]) -> Vec<u32> {
+        let middle = corners.iter().sum::<Vector3<f64>>() / corners.len().max(1) as f64;
+        let radius = corners.iter().map(|x| (x - middle).norm()).fold(0.0, f64::max);
+        let distance = |seed: &Vector3<f64>| (seed - middle).norm();
+        let nearest = self.seeds.iter().map(distance).fold(f64::INFINITY, f64::min);
+        // A corner is nearer to the nearest seed than this, less its distance from the middle.
+        let reach = nearest + 2.0 * radius + self.tolerance;
+        let seeds = self.seeds.iter().enumerate();
+        seeds.filter(|(_, seed)| distance(seed) <= reach).map(|(i, _)| i as u32).collect()
+    }
+
+    /// Part of a cell that is nearest to a seed; without faces if there is none. `None` if rounding errors
+    /// spoil it.
+    fn part(&self, whole: &Clipped, seed: u32) -> Option<Clipped> {
+        let mut part = whole.clone();
+        let at = self.seeds[seed as usize];
+        let mut reach = part.reach(&at);
+        let home = self.grid.place(&at);
+        for ring in 0..=self.grid.rings() {
+            // Seeds of this ring and beyond are too far to be nearest anywhere in the part.
+            if ring > 0 && self.grid.least(ring) > 2.0 * reach {
+                break;
+            }
+            let distance = |other: &u32| (self.seeds[*other as usize] - at).norm();
+            let mut others = self.grid.ring(home, ring);
+            others.sort_by(|a, b| distance(a).total_cmp(&distance(b)).then(a.cmp(b)));
+            for other in others.into_iter().filter(|&other| other != seed) {
+                if distance(&other) > 2.0 * reach {
+                    break;
+                }
+                let Some(plane) = self.between(seed, other) else { continue };
+                let sign = if seed < other { 1.0 } else { -1.0 };
+                if part.clip(|x| sign * plane.height(x), SEED | other, self.tolerance)? {
+                    reach = part.reach(&at);
+                }
+                if part.faces.is_empty() {
+                    return Some(part);
+                }
+            }
+        }
+        Some(part)
+    }
+
+    /// Plane half way between two seeds, with the normal from the lower number to the higher.
+    fn between(&self, a: u32, b: u32) -> Option<CutPlane> {
+        let [from, to] = [a.min(b), a.max(b)].map(|seed| self.seeds[seed as usize]);
+        CutPlane::new(to - from, (from + to) / 2.0, self.cut, self.joined)
+    }
+
+    /// Numbers in the complex of the points of a part.
+    fn numbers(&mut self, rock: &mut CellComplex, corners: &[u32], part: &Clipped) -> Vec<u32> {
+        let used = cell::vertices(&part.faces);
+        let mut numbers = vec![u32::MAX; part.points.len()];
+        for local in used {
+            numbers[local as usize] = match corners.get(local as usize) {
+                Some(&corner) => corner,
+                None => self.welded.number(&part.points[local as usize], &mut rock.points),
+            };
+        }
+        numbers
+    }
+
+    /// Faces of a part with the numbers of the complex, without those that welding closed.
+    fn finished(
+        &mut self,
+        rock: &mut CellComplex,
+        seed: u32,
+        part: &Clipped,
+        numbers: &[u32],
+    ) -> Vec<CellFace> {
+        let mut faces = Vec::with_capacity(part.faces.len());
+        for face in &part.faces {
+            let mut corners: Vec<u32> =
+                face.corners.iter().map(|&corner| numbers[corner as usize]).collect();
+            corners.dedup();
+            while corners.len() > 1 && corners.first() == corners.last() {
+                corners.pop();
+            }
+            if corners.len() < 3 {
+                continue;
+            }
+            let plane = match face.plane & SEED {
+                0 => face.plane,
+                _ => {
+                    let other = face.plane ^ SEED;
+                    let pair = (seed.min(other), seed.max(other));
+                    let plane = self.between(seed, other);
+                    *self.planes.entry(pair).or_insert_with(|| {
+                        rock.planes.extend(plane);
+                        rock.planes.len() as u32 - 1
+                    })
+                }
+            };
+            faces.push(CellFace { plane, corners });
+        }
+        faces
+    }
+}
+
+impl Clipped {
+    /// Largest distance of a corner from a point `[m]`.
+    fn reach(&self, from: &Vector3<f64>) -> f64 {
+        let corners = self.faces.iter().flat_map(|face| &face.corners);
+        corners.map(|&corner| (self.points[corner as usize] - from).norm()).fold(0.0, f64::max)
+    }
+
+    /// Cuts off what lies above a plane, and returns true if anything does. `None` if rounding errors spoil it.
+    fn clip(
+        &mut self,
+        height: impl Fn(&Vector3<f64>) -> f64,
+        plane: u32,
+        tolerance: f64,
+    ) -> Option<bool> {
+        let heights: Vec<f64> = self.points.iter().map(height).collect();
+        let side = |point: u32| {
+            let height = heights.get(point as usize).copied().unwrap_or_default();
+            i8::from(height > tolerance) - i8::from(height < -tolerance)
+        };
+        let corners = || self.faces.iter().flat_map(|face| &face.corners);
+        if !corners().any(|&corner| side(corner) > 0) {
+            return Some(false);
+        }
+        if !corners().any(|&corner| side(corner) < 0) {
+            self.faces.clear();
+            return Some(true);
+        }
+        let (mut crossings, mut new) = (HashMap::new(), Vec::new());
+        let (points, first) = (&self.points, self.points.len());
+        let halves = split::split(&self.faces, plane, side, |a, b| {
+            let (a, b) = (a.min(b), a.max(b));
+            *crossings.entry((a, b)).or_insert_with(|| {
+                let [below, above] = [a, b].map(|point| heights[point as usize]);
+                let [from, to] = [a, b].map(|point| points[point as usize]);
+                new.push(from + (to - from) * (below / (below - above)));
+                (first + new.len() - 1) as u32
+            })
+        })?;
+        self.points.extend(new);
+        self.faces = halves.below;
+        Some(true)
+    }
+}
+
+impl WeldedPoints {
+    fn key(&self, x: &Vector3<f64>) -> [i64; 3] {
+        [x.x, x.y, x.z].map(|part| (part / (2.0 * self.tolerance)).floor() as i64)
+    }
+
+    fn insert(&mut self, x: &Vector3<f64>, number: u32) {
+        let here = self.known.entry(self.key(x)).or_default();
+        if !here.contains(&number) {
+            here.push(number);
+        }
+    }
+
+    /// Number of the point at a place; a new point if there is none.
+    fn number(&mut self, x: &Vector3<f64>, points: &mut Vec<Vector3<f64>>) -> u32 {
+        let key = self.key(x);
+        for at in 0..27_i64 {
+            let near = [key[0] + at % 3 - 1, key[1] + at / 3 % 3 - 1, key[2] + at / 9 - 1];
+            let known = self.known.get(&near).into_iter().flatten();
+            let same = |number: &&u32| (points[**number as usize] - x).norm() <= self.tolerance;
+            if let Some(&number) = known.into_iter().find(same) {
+                return number;
+            }
+        }
+        points.push(*x);
+        let number = points.len() as u32 - 1;
+        self.insert(x, number);
+        number
+    }
+}
