@@ -8,6 +8,7 @@ mod planes;
 mod shape;
 mod shapes;
 mod stability;
+mod thick;
 mod ties;
 
 pub(in crate::build) use blocks::cut as cut_rock;

@@ -237,6 +237,11 @@ fn wrong_geometries_of_regions() {
     ] {
         found.extend(messages(&whole(more)));
     }
+    let stiffnesses = "normal_stiffness = 10e9\nshear_stiffness = 4e9";
+    let thick = "thickness = 0.3\nmaterial = 'soil'";
+    let text = whole("[[assign]]\njoint = 'major'").replace(stiffnesses, thick);
+    found.extend(messages(&text));
+    assert!(messages(&text.replace("0.3", "0.1")).is_empty());
     let beside = "[[region]]\nname = 'other'\nbox = { from = [4, 0, 0], to = [6, 3, 2] }\nmaterial = 'soil'\n";
     found.extend(messages(&format!("{HEAD}{BOX}{beside}{CUTS}{REST}")));
     found.extend(messages(

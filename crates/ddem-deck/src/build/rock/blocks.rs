@@ -32,6 +32,10 @@ pub(super) struct RockBlocks<'a> {
 /// Geometry of the regions of a deck at the start.
 pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault>> {
     let rock = deck.cut_regions().map_err(|error| error.faults)?;
+    let faults = rock.thick_joints();
+    if !faults.is_empty() {
+        return Err(faults);
+    }
     let sets = sets(deck, &rock);
     let parts = vec![Vec::new(); rock.properties.len()];
     let mut blocks = RockBlocks { deck, names, rock: &rock, sets, parts, first: Vec::new() };
