@@ -66,7 +66,8 @@ fn thin(rock: &CutRock, region: usize) -> String {
     if thin.is_empty() && added == 0.0 {
         return String::new();
     }
-    let share = 100.0 * thin.iter().map(|of| of.volume).sum::<f64>() / total;
+    // The sum of no numbers is −0.
+    let share = 100.0 * thin.iter().fold(0.0, |sum, of| sum + of.volume) / total;
     let effect = match small.is {
         SmallKind::Scaled => {
             format!(
