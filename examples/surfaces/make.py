@@ -3,8 +3,8 @@
 
     python examples/surfaces/make.py
 
-`slope-dfn.stl` is all that is above the ground of a bench. It is closed, so that a deck can cut by it and remove what is
-inside. Needs NumPy.
+`slope-dfn.stl` is all that is above the ground of a bench, and `arch.stl` all that is below an arch. Both are closed, so
+that decks can cut by them and remove what is inside. Needs NumPy.
 """
 
 import struct
@@ -59,5 +59,19 @@ def bench():
     return above(x, y, heights, 30.0)
 
 
+def below_arch():
+    """The inside of a semicircular arch of 20 straight sides with corners 1 m from its middle, and the space below."""
+    angles = np.linspace(0.0, np.pi, 21)
+    outline = [(np.cos(angle), np.sin(angle)) for angle in angles] + [(-1.0, -0.3), (1.0, -0.3)]
+    front, back = ([(x, y, z) for x, z in outline] for y in (-0.1, 0.3))
+    triangles = []
+    for i, j in zip(range(len(outline)), [*range(1, len(outline)), 0]):
+        triangles += [(front[i], front[j], back[j]), (front[i], back[j], back[i])]
+    for i in range(1, len(outline) - 1):
+        triangles += [(front[0], front[i + 1], front[i]), (back[0], back[i], back[i + 1])]
+    return triangles
+
+
 if __name__ == "__main__":
+    write("arch.stl", below_arch())
     write("slope-dfn.stl", bench())

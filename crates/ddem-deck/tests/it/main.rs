@@ -16,6 +16,7 @@ mod messages;
 mod model_messages;
 mod notation;
 mod rock;
+mod rock_arch;
 mod rock_fractures;
 mod rock_run;
 mod rock_stability;
