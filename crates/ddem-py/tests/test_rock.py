@@ -204,3 +204,21 @@ def test_angle_of_the_wedge_is_the_line_of_both_joints() -> None:
     line *= -np.sign(line[2]) / np.linalg.norm(line)
     found = cells.table[cells.table["mode"] == "slides on two"][0]
     assert math.degrees(math.asin(-line[2])) == pytest.approx(found["plunge"], abs=1e-9)
+
+
+def test_voronoi_cells_are_nearest_to_their_seeds() -> None:
+    seeds = np.random.default_rng(4).uniform(0, 2, (50, 3))
+    model = ddem.Model()
+    model.add_region(box={"from": (0, 0, 0), "to": (2, 2, 2)}, material=ROCK)
+    model.cut(voronoi={"points": seeds}, joint=SMOOTH)
+    cells = model.cells()
+    assert len(cells) == 50 and cells.table["volume"].sum() == pytest.approx(8, rel=1e-12)
+
+    def distances(points: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(points[:, None] - seeds, axis=2)
+
+    owners = distances(np.asarray(cells.table["centroid"])).argmin(axis=1)
+    assert sorted(owners) == list(range(50))
+    for cell, owner in enumerate(owners):
+        of_corners = distances(np.concatenate(cells.faces(cell)))
+        assert (of_corners[:, owner] - of_corners.min(axis=1)).max() < 1e-6
