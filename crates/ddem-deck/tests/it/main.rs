@@ -17,6 +17,7 @@ mod model_messages;
 mod notation;
 mod rock;
 mod rock_arch;
+mod rock_decks;
 mod rock_fractures;
 mod rock_run;
 mod rock_stability;

@@ -3,7 +3,9 @@
 use std::fs;
 
 use ddem_core::problem::Vec3;
-use ddem_deck::{BuiltDeck, CutRock, Deck, parse, read, write};
+use ddem_deck::{BuiltDeck, CutRock, parse, read, write};
+
+use crate::rock_decks::{built, cut, deck, messages};
 
 const HEAD: &str = "
 [materials.granite]
@@ -49,20 +51,8 @@ name = 'rest'
 kind = 'relax'
 ";
 
-fn deck(text: &str) -> Deck {
-    parse(text, "deck.toml").unwrap_or_else(|error| panic!("{error}")).0
-}
-
 fn text(kind: &str, more: &str) -> String {
     format!("{HEAD}{}{more}{STAGE}", COLUMNS.replace("KIND", kind))
-}
-
-fn cut(text: &str) -> CutRock {
-    deck(text).cut_regions().unwrap_or_else(|error| panic!("{error}"))
-}
-
-fn built(text: &str) -> BuiltDeck {
-    BuiltDeck::new(&deck(text)).unwrap_or_else(|error| panic!("{error}"))
 }
 
 /// Area of the joints with a name on the level plane of the fracture `[m²]`.
@@ -187,16 +177,6 @@ fn persistence_leaves_columns_whole_or_bridged() {
     let none = level.replace("0.6", "0.0");
     let error = deck(&text("joint = 'minor'", &none)).cut_regions().unwrap_err();
     insta::assert_snapshot!(error.to_string());
-}
-
-fn messages(text: &str) -> Vec<String> {
-    match parse(text, "deck.toml") {
-        Ok((deck, _)) => {
-            let faults = BuiltDeck::new(&deck).err().map(|error| error.faults).unwrap_or_default();
-            faults.iter().map(ToString::to_string).collect()
-        }
-        Err(error) => error.findings().iter().map(|one| one.fault.to_string()).collect(),
-    }
 }
 
 #[test]

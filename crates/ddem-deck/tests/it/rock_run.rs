@@ -2,7 +2,9 @@
 
 use ddem_core::Simulation;
 use ddem_core::problem::Vec3;
-use ddem_deck::{BuiltDeck, Deck, parse};
+use ddem_deck::BuiltDeck;
+
+use crate::rock_decks::{built, deck, messages};
 
 const HEAD: &str = "
 [materials.granite]
@@ -50,22 +52,8 @@ name = 'dig'
 kind = 'relax'
 ";
 
-fn deck(text: &str) -> Deck {
-    parse(text, "deck.toml").unwrap_or_else(|error| panic!("{error}")).0
-}
-
 fn whole(more: &str) -> String {
     format!("{HEAD}{BOX}{CUTS}{REST}{more}")
-}
-
-fn built(text: &str) -> BuiltDeck {
-    BuiltDeck::new(&deck(text)).unwrap_or_else(|error| panic!("{error}"))
-}
-
-/// Messages about a deck.
-fn messages(text: &str) -> Vec<String> {
-    let faults = BuiltDeck::new(&deck(text)).err().map(|error| error.faults).unwrap_or_default();
-    faults.iter().map(ToString::to_string).collect()
 }
 
 #[test]
@@ -204,14 +192,7 @@ fn entries_that_regions_do_not_have_yet() {
     ];
     let mut found: Vec<String> = Vec::new();
     for section in sections {
-        let text = whole(section);
-        let messages = match parse(&text, "deck.toml") {
-            Ok((deck, _)) => {
-                let faults = BuiltDeck::new(&deck).err().map(|error| error.faults);
-                faults.unwrap_or_default().iter().map(ToString::to_string).collect()
-            }
-            Err(error) => vec![error.to_string()],
-        };
+        let messages = messages(&whole(section));
         assert!(!messages.is_empty(), "nothing is said about {section}");
         found.extend(messages);
     }
@@ -339,11 +320,7 @@ fn wrong_names_of_cuts() {
         ("remove]]", "inside = 'fault'"),
         ("remove]]", "inside = 'elsewhere'"),
     ] {
-        let text = named(&format!("[[{section}\nwhere = {{ {region} }}"));
-        found.extend(match parse(&text, "deck.toml") {
-            Ok(_) => messages(&text),
-            Err(error) => error.findings().iter().map(|one| one.fault.to_string()).collect(),
-        });
+        found.extend(messages(&named(&format!("[[{section}\nwhere = {{ {region} }}"))));
     }
     let unnamed = named("[[assign]]\njoint = 'major'\nwhere = { cut = 'fault' }");
     let unnamed = unnamed.replace("name = 'fault'\n", "").replace("name = 'drift'\n", "");

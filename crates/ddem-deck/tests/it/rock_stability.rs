@@ -1,6 +1,8 @@
 //! Block theory on decks: wedges in closed form, excavations, supports and joints without a strength.
 
-use ddem_deck::{BlockMode, BlockVerdict, CutRock, parse};
+use ddem_deck::{BlockMode, BlockVerdict};
+
+use crate::rock_decks::cut;
 
 /// Wedge of two joints behind a slope that is dug, 10 m high.
 const SLOPE: &str = "
@@ -45,11 +47,6 @@ kind = 'relax'
 name = 'dig'
 kind = 'relax'
 ";
-
-fn cut(text: &str) -> CutRock {
-    let (deck, _) = parse(text, "deck.toml").unwrap_or_else(|error| panic!("{error}"));
-    deck.cut_regions().unwrap_or_else(|error| panic!("{error}"))
-}
 
 /// Verdict on the cell that contains a point.
 fn at(text: &str, point: [f64; 3]) -> BlockVerdict {

@@ -1,6 +1,8 @@
 //! Voronoi cells in decks, and messages about their seeds.
 
-use ddem_deck::{BuiltDeck, CutRock, parse};
+use ddem_deck::CutRock;
+
+use crate::rock_decks;
 
 /// Cube of 2 m with Voronoi cells.
 fn text(cut: &str) -> String {
@@ -31,8 +33,7 @@ kind = 'relax'
 }
 
 fn cut(keys: &str) -> CutRock {
-    let (deck, _) = parse(&text(&format!("{keys}\njoint = 'grain'")), "deck.toml").unwrap();
-    deck.cut_regions().unwrap_or_else(|error| panic!("{error}"))
+    rock_decks::cut(&text(&format!("{keys}\njoint = 'grain'")))
 }
 
 fn volume(rock: &CutRock) -> f64 {
@@ -65,20 +66,8 @@ fn given_seeds_have_their_cells() {
 #[test]
 fn voronoi_cells_run() {
     let keys = "voronoi = { number = 12, least = 0.5 }\njoint = 'grain'";
-    let (deck, _) = parse(&text(keys), "deck.toml").unwrap();
-    let built = BuiltDeck::new(&deck).unwrap_or_else(|error| panic!("{error}"));
+    let built = rock_decks::built(&text(keys));
     assert_eq!(built.model().n_whole_blocks(), 12);
-}
-
-/// Messages about a deck, by its reader or its builder.
-fn messages(keys: &str) -> Vec<String> {
-    match parse(&text(keys), "deck.toml") {
-        Ok((deck, _)) => {
-            let faults = BuiltDeck::new(&deck).err().map(|error| error.faults).unwrap_or_default();
-            faults.iter().map(ToString::to_string).collect()
-        }
-        Err(error) => error.findings().iter().map(|one| one.fault.to_string()).collect(),
-    }
 }
 
 #[test]
@@ -102,7 +91,7 @@ fn wrong_seeds() {
         "voronoi = { number = 9 }\nplane = { dip = 0, dip_direction = 0, through = [1, 1, 1] }",
         "voronoi = { number = 9 }\nbridge = 'grain'",
     ] {
-        let of_cut = messages(&format!("{keys}\njoint = 'grain'"));
+        let of_cut = rock_decks::messages(&text(&format!("{keys}\njoint = 'grain'")));
         assert!(!of_cut.is_empty(), "nothing is said about {keys}");
         found.extend(of_cut.into_iter().filter(|one| !found.contains(one)).collect::<Vec<_>>());
     }
