@@ -18,6 +18,10 @@ use criterion::{
 };
 use serde_json::{Value, json};
 
+// The one of the command line.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Numbers of threads.
 const THREADS: [usize; 2] = [1, 2];
 

@@ -29,6 +29,7 @@ use ddem_core::{ModelError, Simd};
 use ddem_deck::DeckError;
 use ddem_io::folder::Earlier;
 use ddem_io::run::{Options, Session};
+use mimalloc::MiMalloc;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
@@ -39,6 +40,9 @@ use matter::{PyJoint, PyMaterial};
 use model::PyModel;
 use simulation::PySimulation;
 use worker::Pool;
+
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// Continues from a file of :meth:`Simulation.save`, or from the `checkpoint.h5` of a run.
 /// Histories of probes start empty.
