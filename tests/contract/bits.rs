@@ -29,7 +29,9 @@ fn run(how: How) -> [Vec<u8>; 2] {
 #[test]
 fn tables_are_identical_for_any_threads_and_simd() {
     let expected = run(How::default());
-    assert!(expected[0].len() > 10_000 && expected[1].len() > 10_000);
+    for (table, rows) in expected.iter().zip([100, 10]) {
+        assert!(table.iter().filter(|&&byte| byte == b'\n').count() > rows);
+    }
     for threads in [2, 3] {
         assert!(run(How { threads, ..How::default() }) == expected, "{threads} threads");
     }

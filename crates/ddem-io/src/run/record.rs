@@ -11,8 +11,10 @@ use super::probe::Sampler;
 use crate::OutputError;
 use crate::folder::Folder;
 
-/// Rows of `energy.csv` in a dynamic stage, and steps between rows in a relaxation.
+/// Rows of `energy.csv` in a dynamic stage, the fewest steps between them, and steps between rows in
+/// a relaxation. A row costs as much as a step.
 const ENERGY_ROWS: u64 = 200;
+const FEWEST_ENERGY_STEPS: u64 = 10;
 const ENERGY_STEPS: u64 = 100;
 
 /// Steps of one stage at which records are due; in a dynamic stage, steps of the initial length.
@@ -70,7 +72,7 @@ impl Schedule {
         };
         Self {
             frames,
-            energy: Due::Every((steps / ENERGY_ROWS).max(1)),
+            energy: Due::Every((steps / ENERGY_ROWS).max(FEWEST_ENERGY_STEPS)),
             probes: samplers.iter().map(sample).collect(),
             callbacks: Due::End,
         }
