@@ -13,7 +13,7 @@ use ddem_mechanics::law::{
 
 /// Slip or opening of a failed pair, as a fraction of the spacing of pairs, beyond which the
 /// remaining bonded pairs fail too: the joint has rotated too far for node pairs.
-const ROTATED: f64 = 0.5;
+pub(super) const ROTATED: f64 = 0.5;
 
 /// A pair of points of a joint, also of a released one, or of two blocks in contact.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -1,5 +1,6 @@
 //! Comparison of the strips and corners removed with a pair with all elements that hold both nodes,
-//! and of a sweep with two passes.
+//! of a sweep with two passes, and of the motion of failed pairs as a step finds it with a look at
+//! all pairs.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -12,7 +13,9 @@ use crate::state::State;
 use ddem_joint::broken::BrokenLattice;
 use ddem_joint::broken::strips::StripElement;
 use ddem_mechanics::element::{Elastic, ElementKind};
+use ddem_mechanics::law::MohrCoulomb;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::math::simd::Simd;
 use ddem_mesh::assembly::NO_TABLE;
 use ddem_mesh::pack::JointLattice;
 use ddem_mesh::properties::Kinematics;
@@ -198,4 +201,31 @@ fn sweep_gives_bits_of_two_passes() {
             assert!(found.0 == expected.0, "{count:?}, {slabs} slabs: other bits");
         }
     }
+}
+
+/// Model whose joints break under little load and then slide.
+fn weak() -> Model {
+    let mut model = model([4, 3, 2], 2, None);
+    let law = MohrCoulomb { tan_residual_friction: 0.3, ..MohrCoulomb::default() };
+    model.set_law("seam", Arc::new(law)).expect("a sound law");
+    model
+}
+
+/// A restored state looks at all pairs.
+#[test]
+fn steps_know_how_far_failed_pairs_have_moved() {
+    let mut simulation = Simulation::new(weak());
+    for (i, v) in simulation.state.v.iter_mut().enumerate() {
+        *v = Lanes(std::array::from_fn(|lane| (0.1 * (LANES * i + lane) as f64).sin()));
+    }
+    simulation.start(Damping::Ratio(0.05), TimeStep::Auto, None).expect("a stable step");
+    for _ in 0..20 {
+        simulation.step().expect("finite numbers");
+        let restored = Simulation::restore(weak(), Simd::default(), &simulation.save()).unwrap();
+        let mut known = simulation.state.broken_joints.clone();
+        // A restored state also checks all pairs for failure.
+        known.recheck();
+        assert!(restored.state.broken_joints == known);
+    }
+    assert!(simulation.failed_pairs().iter().sum::<u64>() > 100);
 }

@@ -3,14 +3,16 @@
 //! A joint lattice without failed pairs has no entry here and costs nothing. A [`BrokenLattice`]
 //! holds a lattice in which a pair has failed or that consists of springs from the start.
 
+mod failed_springs;
 mod failure;
 mod points;
+mod prefetch;
 mod springs;
 pub mod strips;
 
 use serde::{Deserialize, Serialize};
 
-use super::point::{JointPoint, has_rotated};
+use super::point::{JointPoint, ROTATED};
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::NO_JOINT;
@@ -21,6 +23,7 @@ use ddem_mesh::pack::{Pack, Packs};
 
 pub use failure::PairTractions;
 pub use points::LatticePoints;
+pub use prefetch::prefetch;
 pub use springs::{GroundFrame, SideDisplacements, SpringForces};
 
 /// Joint lattice of a pack in which springs have replaced some or all elements.
@@ -38,6 +41,10 @@ pub struct BrokenLattice {
     /// Failed pairs of each lane.
     #[serde(skip)]
     failed: [u32; LANES],
+    /// Largest slip and opening of the failed pairs of each lane at the last update of their
+    /// springs, so that nobody needs to look at all pairs in every step `[m]`.
+    #[serde(skip)]
+    moved: [Lanes; 2],
     /// True if a pair of a joint that can fail may still be bonded.
     #[serde(skip)]
     bonded: bool,
@@ -74,9 +81,10 @@ impl Clone for BrokenLattice {
     }
 
     fn clone_from(&mut self, source: &Self) {
-        let Self { alive, any_alive, points, released, failed, bonded, newly_failed } = source;
+        let Self { alive, any_alive, points, released, failed, moved, bonded, newly_failed } =
+            source;
         (self.any_alive, self.released, self.bonded) = (*any_alive, *released, *bonded);
-        self.failed = *failed;
+        (self.failed, self.moved) = (*failed, *moved);
         self.alive.clone_from(alive);
         self.points.clone_from(points);
         self.newly_failed.clone_from(newly_failed);
@@ -141,12 +149,13 @@ impl BrokenJoints {
         }
     }
 
-    /// Counts the failed pairs, after a state has been restored.
+    /// Counts the failed pairs and finds their largest motion, after a state has been restored.
     pub fn count_failed(&mut self) {
         for broken in self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten()) {
             broken.failed = std::array::from_fn(|lane| {
                 broken.lane(lane).filter(|point| point.failure.is_some()).count() as u32
             });
+            (0..LANES).for_each(|lane| broken.find_motion(lane));
         }
     }
 
@@ -207,6 +216,7 @@ impl BrokenLattice {
             points: LatticePoints::new(pairs),
             released: [false; LANES],
             failed: [0; LANES],
+            moved: [Lanes::ZERO; 2],
             bonded: true,
             newly_failed: Vec::new(),
         }
@@ -234,7 +244,22 @@ impl BrokenLattice {
 
     /// True if the joint in a lane has rotated so far that its bonded pairs must fail.
     fn has_rotated(&self, section: &JointSection, lane: usize) -> bool {
-        self.slides(lane) && has_rotated(self.lane(lane), section.spacing(lane))
+        let [slip, opening] = self.moved(lane);
+        self.slides(lane) && slip.max(opening) > ROTATED * section.spacing(lane)
+    }
+
+    /// Largest slip and opening of the failed pairs of the joint in a lane `[m]`.
+    pub(super) fn moved(&self, lane: usize) -> [f64; 2] {
+        self.moved.map(|most| most.0[lane])
+    }
+
+    /// Finds the largest slip and opening of the failed pairs in a lane.
+    fn find_motion(&mut self, lane: usize) {
+        let springs = self.lane(lane).filter(|point| point.failure.is_some() && point.area != 0.0);
+        let most = springs.fold([0.0_f64; 2], |[slip, opening], JointPoint { state, .. }| {
+            [slip.max(state.slip.norm()), opening.max(state.gap)]
+        });
+        (0..2).for_each(|k| self.moved[k].0[lane] = most[k]);
     }
 
     /// True if a pair in any lane has failed.

@@ -21,7 +21,7 @@ pub struct LatticePoints {
     /// Times of failure `[s]`; empty if no pair has failed.
     times: Vec<Lanes>,
     /// States of failed pairs; empty if no pair has failed.
-    failed: Vec<FailedLanes>,
+    pub(super) failed: Vec<FailedLanes>,
     /// Last equilibriums of failed pairs, and the lanes that have one; empty outside of relaxations.
     equilibriums: Vec<([bool; LANES], EquilibriumLanes)>,
 }
@@ -41,13 +41,13 @@ pub(super) struct SpringLanes {
 
 /// The rest of the [`PointState`] of a pair that has failed in at least one lane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-struct FailedLanes {
-    slip: [Lanes; 2],
-    dilation: Lanes,
+pub(super) struct FailedLanes {
+    pub(super) slip: [Lanes; 2],
+    pub(super) dilation: Lanes,
     damage: Lanes,
-    applied_dilation: Lanes,
+    pub(super) applied_dilation: Lanes,
     added_tractions: [Lanes; 2],
-    energy_excess: Lanes,
+    pub(super) energy_excess: Lanes,
 }
 
 /// [`Equilibrium`] of a pair.

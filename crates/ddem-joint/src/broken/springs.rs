@@ -3,14 +3,13 @@
 use fearless_simd::{Select, Simd, SimdBase, f64x4, mask64x4};
 use nalgebra::{Matrix3, Vector3};
 
+use super::failed_springs::FailedSprings;
 use super::{BrokenLattice, LatticePoints};
 use crate::losses::Losses;
 use crate::point::{JointPoint, PairContext, components, vector};
-use ddem_mechanics::law::springs::PointSprings;
-use ddem_mechanics::law::strengths::LaneLaws;
-use ddem_mechanics::law::{PointLoss, Traction};
+use ddem_mechanics::law::Traction;
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times,
+    LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, times,
     transposed_times, zero,
 };
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
@@ -131,14 +130,30 @@ impl BrokenLattice {
             }
         }
         if let Some(springs) = failed_springs {
-            let [friction, fracture, damping] = springs.losses.map(|loss| Lanes::from(loss).sum());
-            losses.add_point(1.0, PointLoss { friction, fracture, contact: 0.0, damping });
+            losses.add_point(1.0, springs.loss());
+            self.moved = springs.moved();
+            self.find_motions_of_others(has_law, sides);
         }
         pull
     }
 }
 
 impl BrokenLattice {
+    /// Finds the motion in lanes with failed pairs that were not computed four at a time: those that
+    /// must be computed on their own, and those that failed under a law of an earlier stage.
+    fn find_motions_of_others(&mut self, has_law: [bool; LANES], sides: SideDisplacements<'_>) {
+        let mut others: [bool; LANES] =
+            std::array::from_fn(|lane| !has_law[lane] || sides.grounds[lane].is_some());
+        if sides.du.is_some() {
+            self.newly_failed.iter().for_each(|&(_, lane)| others[usize::from(lane)] = true);
+        }
+        for (lane, other) in others.into_iter().enumerate() {
+            if other && self.has_failed(lane) {
+                self.find_motion(lane);
+            }
+        }
+    }
+
     /// Lanes in which a pair is bonded, has failed, or must be computed on its own.
     #[inline(always)]
     fn kinds(
@@ -170,16 +185,16 @@ fn add_forces<S: Simd>(simd: S, g: &mut [Lanes], [a, b]: [usize; 2], force: Vect
 }
 
 /// Some lanes of a pair.
-struct LanesOf<'a> {
-    points: &'a mut LatticePoints,
-    pair: usize,
-    lanes: [bool; LANES],
+pub(super) struct LanesOf<'a> {
+    pub(super) points: &'a mut LatticePoints,
+    pub(super) pair: usize,
+    pub(super) lanes: [bool; LANES],
 }
 
 impl LanesOf<'_> {
     /// Mask of the lanes.
     #[inline(always)]
-    fn mask<S: Simd>(&self, simd: S) -> mask64x4<S> {
+    pub(super) fn mask<S: Simd>(&self, simd: S) -> mask64x4<S> {
         let lanes = Lanes(self.lanes.map(|lane| f64::from(u8::from(lane))));
         lanes.load(simd).simd_gt(splat(simd, 0.0))
     }
@@ -225,71 +240,6 @@ impl<'a, S: Simd> ElasticSprings<'a, S> {
         springs.gap = Lanes::from(mask.select(own[0], springs.gap.load(simd)));
         for (kept, traction) in springs.traction.iter_mut().zip(traction) {
             *kept = Lanes::from(mask.select(traction, kept.load(simd)));
-        }
-        force
-    }
-}
-
-/// Springs of the failed pairs of a joint section, four side by side.
-struct FailedSprings<'a, S: Simd> {
-    axes: &'a Matrix<S>,
-    laws: LaneLaws<'a, S>,
-    springs: PointSprings<f64x4<S>>,
-    /// True in a relaxation, in which the pairs slip from their last equilibrium.
-    relaxing: bool,
-    /// Losses so far, by friction, fracture and dashpots `[J]`.
-    losses: [f64x4<S>; 3],
-}
-
-impl<'a, S: Simd> FailedSprings<'a, S> {
-    #[inline(always)]
-    fn new(simd: S, face: FaceLattice<'a>, context: PairContext<'a>, axes: &'a Matrix<S>) -> Self {
-        let section = face.section;
-        let dashpot = if context.undamped { Lanes::ZERO } else { section.dashpot };
-        let [normal, shear] = section.stiffnesses();
-        let springs = PointSprings {
-            stiffness: [normal.load(simd), shear.load(simd)],
-            dashpot: dashpot.load(simd),
-            time_step: context.time_step,
-        };
-        let laws = LaneLaws::new(simd, section.laws, |number| context.law(number));
-        let losses = [splat(simd, 0.0); 3];
-        Self { axes, laws, springs, relaxing: context.relaxing, losses }
-    }
-
-    /// Updates the failed points of a pair. Returns their forces on side a `[N]`, 0 in other lanes.
-    #[inline(always)]
-    fn force(
-        &mut self,
-        simd: S,
-        failed: LanesOf<'_>,
-        relative_displacement: Vector<S>,
-        pull: &mut SpringForces,
-    ) -> Vector<S> {
-        let (mask, zero) = (failed.mask(simd), splat(simd, 0.0));
-        let LanesOf { points, pair, lanes } = failed;
-        let springs = &points.springs[pair];
-        let own = sub(relative_displacement, load(simd, &springs.origin));
-        let area = mask.select(springs.area.load(simd), zero);
-        let mut state = points.load(simd, pair);
-        let loss = self.springs.update_points(&self.laws, own, &mut state);
-        // Other lanes may hold any number, also infinite ones.
-        let [normal, s, t] = state.total_traction();
-        let traction = [mask.select(normal, zero), mask.select(s, zero), mask.select(t, zero)];
-        let force = scale(times(self.axes, traction), area);
-        let slip = [zero, mask.select(state.slip[0], zero), mask.select(state.slip[1], zero)];
-        let couple = cross(times(self.axes, slip), force);
-        let stored = mask.select(area * state.stored(self.springs.stiffness[1]), zero);
-        pull.force = add(load(simd, &pull.force), force).map(Lanes::from);
-        pull.couple = add(load(simd, &pull.couple), couple).map(Lanes::from);
-        pull.stored = Lanes::from(pull.stored.load(simd) + stored);
-        let more = [loss.friction, loss.fracture, loss.damping];
-        for (sum, more) in self.losses.iter_mut().zip(more) {
-            *sum += mask.select(area * more, zero);
-        }
-        points.store(simd, pair, &state, mask);
-        if self.relaxing {
-            points.add_equilibriums(pair, lanes);
         }
         force
     }

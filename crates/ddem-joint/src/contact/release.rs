@@ -75,6 +75,12 @@ impl Contacts {
                 if known >= JointStatus::Pending || !broken.has_failed(lane) {
                     return None;
                 }
+                // Without a bond the joint is at least as far on its way.
+                let [slip, opening] = broken.moved(lane);
+                let most = PairMotion { slip, opening, ..PairMotion::default() };
+                if most.status(false, pack.rigid, section.spacing(lane)) <= known {
+                    return None;
+                }
                 let law = laws.get(usize::from(section.laws[lane])).and_then(Option::as_deref);
                 let found = status_of(pack, broken, section, law, lane);
                 (found > known).then_some((block, d, found))

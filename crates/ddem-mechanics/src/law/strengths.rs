@@ -75,7 +75,8 @@ pub struct LaneLaws<'a, S: Simd> {
 }
 
 impl<'a, S: Simd> LaneLaws<'a, S> {
-    /// The laws of four points, by their numbers. Points without a law have no strength.
+    /// The laws of four points, by their numbers. Points without a law have no strength, or any if
+    /// all others have the same law.
     #[inline(always)]
     pub fn new(
         simd: S,
@@ -85,13 +86,15 @@ impl<'a, S: Simd> LaneLaws<'a, S> {
         let laws = numbers.map(law);
         let first = laws.iter().position(Option::is_some).unwrap_or(0);
         let same = (0..LANES).all(|lane| laws[lane].is_none() || numbers[lane] == numbers[first]);
-        let each = |of: &dyn Fn(&dyn JointLaw) -> f64| {
-            Lanes(laws.map(|law| law.map_or(0.0, of))).load(simd)
+        let one = laws[first].filter(|_| same);
+        let each = |of: &dyn Fn(&dyn JointLaw) -> f64| match one {
+            Some(law) => splat(simd, of(law)),
+            None => Lanes(laws.map(|law| law.map_or(0.0, of))).load(simd),
         };
         let softening = |law: &dyn JointLaw| law.softening().unwrap_or_default();
         Self {
             laws,
-            one: laws[first].filter(|_| same),
+            one,
             tension: each(&|law| law.tension()),
             residual_cohesion: each(&|law| law.residual(0.0)),
             tan_dilation: each(&|law| law.tan_dilation()),

@@ -6,7 +6,7 @@ use super::TaskWorkspaces;
 use crate::model::boundary::ActiveBoundaries;
 use crate::model::conditions::ActiveConditions;
 use crate::state::pass::{Output, Workspace};
-use ddem_joint::broken::BrokenLattices;
+use ddem_joint::broken::{BrokenLattices, prefetch};
 use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
@@ -206,6 +206,7 @@ impl PackJoints<'_> {
             energy: self.energies.get_mut(index - self.first),
             losses: &mut self.losses[index - self.first],
         };
+        prefetch(self.broken_joints, index + 1 - self.first);
         let broken_joints = &mut self.broken_joints[index - self.first];
         FirstPassPack { out, broken_joints, work: &mut forces.workspaces[0].elements }
     }
