@@ -1,5 +1,7 @@
 //! Seeds of Voronoi cells: random ones, and a grid that finds near ones.
 
+use std::collections::HashMap;
+
 use nalgebra::Vector3;
 
 use crate::random::RandomStream;
@@ -22,7 +24,7 @@ pub fn voronoi_seeds(
 ) -> Vec<Vector3<f64>> {
     let mut numbers = RandomStream::new(seed, SEED_STREAM + u64::from(cut));
     let mut seeds: Vec<Vector3<f64>> = Vec::with_capacity(number.min(1 << 20));
-    let mut near = std::collections::HashMap::<[i64; 3], Vec<usize>>::new();
+    let mut near = HashMap::<[i64; 3], Vec<usize>>::new();
     let key = |x: &Vector3<f64>| {
         [0, 1, 2].map(|d| if least > 0.0 { ((x[d] - low[d]) / least).floor() as i64 } else { 0 })
     };
@@ -48,16 +50,15 @@ pub fn voronoi_seeds(
 }
 
 /// Seeds in equal cubes, about one in each.
-pub(crate) struct SeedGrid<'a> {
-    seeds: &'a [Vector3<f64>],
+pub(crate) struct SeedGrid {
     low: Vector3<f64>,
     edge: f64,
     counts: [i64; 3],
     cubes: Vec<Vec<u32>>,
 }
 
-impl<'a> SeedGrid<'a> {
-    pub(crate) fn new(seeds: &'a [Vector3<f64>]) -> Self {
+impl SeedGrid {
+    pub(crate) fn new(seeds: &[Vector3<f64>]) -> Self {
         let far = Vector3::repeat(f64::INFINITY);
         let (low, high) =
             seeds.iter().fold((far, -far), |(low, high), x| (low.inf(x), high.sup(x)));
@@ -71,7 +72,7 @@ impl<'a> SeedGrid<'a> {
         let edge = libm::cbrt(sizes.product() / seeds.len().max(1) as f64).max(longest * 1e-6);
         let counts = [0, 1, 2].map(|d| (size[d] / edge).floor() as i64 + 1);
         let n = counts.iter().product::<i64>() as usize;
-        let mut grid = Self { seeds, low, edge, counts, cubes: vec![Vec::new(); n] };
+        let mut grid = Self { low, edge, counts, cubes: vec![Vec::new(); n] };
         for (number, seed) in seeds.iter().enumerate() {
             let cube = grid.index(grid.place(seed));
             grid.cubes[cube].push(number as u32);
@@ -114,7 +115,6 @@ impl<'a> SeedGrid<'a> {
                 }
             }
         }
-        debug_assert!(found.iter().all(|&seed| (seed as usize) < self.seeds.len()));
         found
     }
 }

@@ -33,7 +33,7 @@ struct WeldedPoints {
 /// Cut by the planes between seeds.
 struct VoronoiParts<'a> {
     seeds: &'a [Vector3<f64>],
-    grid: SeedGrid<'a>,
+    grid: SeedGrid,
     cut: u32,
     joined: bool,
     tolerance: f64,
