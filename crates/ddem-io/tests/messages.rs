@@ -128,7 +128,10 @@ fn checkpoints() {
     found.push(load(&path));
     fs::write(&path, &whole[..100]).unwrap();
     found.push(load(&path));
-    insta::assert_snapshot!(found.join("\n"));
+    // The size of a whole file depends on the version that it names.
+    insta::with_settings!({filters => vec![(r"stored_eof = \d+", "stored_eof = [size]")]}, {
+        insta::assert_snapshot!(found.join("\n"));
+    });
 }
 
 /// Runs the deck in a folder into `out` beside it.
