@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::cells_contact::bodies;
 use super::energy::closes;
 use super::incline::rate;
 use super::record::Tolerance::{Absolute, Of, Relative};
@@ -143,25 +144,28 @@ fn stress_in_place_balances_weight() {
 fn wedge_slides_on_steep_joint_and_stays_on_rough_one() {
     let case = of("cells_slide");
     let (slope, g) = (40_f64.to_radians(), 9.81);
-    for divisions in [2, 4] {
-        let text =
-            edited(&example(case.deck), "divisions = 2", &format!("divisions = {divisions}"));
+    for (body, text) in bodies(&example(case.deck)) {
         let run = run(&text);
         let exact = g * (slope.sin() - slope.cos() * 20_f64.to_radians().tan());
         for (axis, exact) in [("x", exact * slope.cos()), ("z", -exact * slope.sin())] {
             let velocities = run.probes.series(&format!("wedge.{axis}"));
             let late = velocities.into_iter().filter(|[time, _]| *time >= 0.02);
-            let what = format!("acceleration along {axis} [m/s²], {divisions} divisions");
+            let what = format!("acceleration along {axis} [m/s²], {body}");
             check(case, &what, exact, rate(late), Relative(5e-3));
         }
-        closes(case, &format!(", {divisions} divisions"), &run);
+        closes(case, &format!(", {body}"), &run);
     }
     // A force that ends at once would make it rock.
     let text = edited(&example(case.deck), "friction = 20.0", "friction = 50.0");
-    let run = run(&edited(&text, "force = [-23186.36, 0.0, 19455.67]", "force = [0.0, 0.0, 1e-3]"));
-    let column = |name: &str| run.probes.column(name).into_iter();
-    let most = column("way.x").chain(column("way.z")).fold(0.0, |most: f64, x| most.max(x.abs()));
-    at_most(case, "largest displacement with 50 degrees [m]", 1e-5, most);
+    let text = edited(&text, "force = [-23186.36, 0.0, 19455.67]", "force = [0.0, 0.0, 1e-3]");
+    let [(_, deformable), _, (_, rigid)] = bodies(&text);
+    for (body, text) in [("", deformable), (", rigid", rigid)] {
+        let run = run(&text);
+        let column = |name: &str| run.probes.column(name).into_iter();
+        let both = column("way.x").chain(column("way.z"));
+        let most = both.fold(0.0, |most: f64, x| most.max(x.abs()));
+        at_most(case, &format!("largest displacement with 50 degrees{body} [m]"), 1e-5, most);
+    }
 }
 
 #[test]

@@ -9,42 +9,49 @@ use super::record::Tolerance::{Absolute, Of, Relative};
 use super::record::{at_most, between, check, consistent, of};
 use super::shared::{Run, edited, example, run, simulation};
 
+/// Decks of a region with deformable blocks of two and four divisions, and with rigid blocks.
+pub(super) fn bodies(text: &str) -> [(&'static str, String); 3] {
+    let with = |keys: &str| text.replace("divisions = 2", keys);
+    [
+        ("2 divisions", with("divisions = 2")),
+        ("4 divisions", with("divisions = 4")),
+        ("rigid", with("body = \"rigid\"")),
+    ]
+}
+
 #[test]
 fn cell_slides_over_the_parts_of_another() {
     let case = of("cells_glide");
     let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
     let resisting = G * slope.cos() * friction.tan();
     let exact = G * slope.sin() - resisting;
-    for divisions in [2, 4] {
-        let text =
-            edited(&example(case.deck), "divisions = 2", &format!("divisions = {divisions}"));
+    for (what, text) in bodies(&example(case.deck)) {
         let run = run(&text);
         let late = run.probes.series("block.x").into_iter().filter(|[time, _]| *time >= 0.1);
-        let what = format!("acceleration, {divisions} divisions [m/s²]");
-        check(case, &what, exact, rate(late), Relative(2e-3));
+        let quantity = format!("acceleration, {what} [m/s²]");
+        check(case, &quantity, exact, rate(late), Relative(2e-3));
         let distance = run.last("way.x");
         let off = run.last("way.z").abs().max(run.last("way.y").abs());
-        let what = format!("off the plane, {divisions} divisions [m]");
-        check(case, &what, 0.0, off, Absolute(1e-3 * distance));
+        let quantity = format!("off the plane, {what} [m]");
+        check(case, &quantity, 0.0, off, Absolute(1e-3 * distance));
         let taken = *run.energy.column("friction").last().expect("a row");
         let mass = 2400.0 * (1.0 + 0.5 * 20_f64.to_radians().tan());
-        let what = format!("taken by friction, {divisions} divisions [J]");
-        check(case, &what, mass * resisting * 0.5 * exact, taken, Relative(1e-2));
+        let quantity = format!("taken by friction, {what} [J]");
+        check(case, &quantity, mass * resisting * 0.5 * exact, taken, Relative(1e-2));
     }
 }
 
 #[test]
 fn rebounding_cell_never_rises_higher() {
     let case = of("cells_toss");
-    for divisions in [2, 4] {
-        let text = example(case.deck).replace("divisions = 2", &format!("divisions = {divisions}"));
+    for (what, text) in bodies(&example(case.deck)) {
         let run = run(&text);
         let height = run.probes.column("block.z").iter().copied().fold(0.0, f64::max);
-        let what = format!("height, {divisions} divisions [m]");
-        check(case, &what, 1.0 / (2.0 * G), height, Relative(0.005));
+        let quantity = format!("height, {what} [m]");
+        check(case, &quantity, 1.0 / (2.0 * G), height, Relative(0.005));
         let [most, first] = free_energy(&run);
-        let what = format!("energy gained, {divisions} divisions [part]");
-        at_most(case, &what, 1e-9, most / first - 1.0);
+        let quantity = format!("energy gained, {what} [part]");
+        at_most(case, &quantity, 1e-9, most / first - 1.0);
     }
 }
 
@@ -93,9 +100,13 @@ fn wedge_has_the_factor_of_limit_equilibrium() {
         "divisions = 2",
         "divisions = 4",
     );
-    for (what, text, exact) in
-        [("friction, 2 divisions", text, 1.519_047), ("cohesion, 4 divisions", cohesive, 1.651_201)]
-    {
+    let rigid = |text: &str, divisions| edited(text, divisions, "body = \"rigid\"");
+    for (what, text, exact) in [
+        ("friction, rigid", rigid(&text, "divisions = 2"), 1.519_047),
+        ("cohesion, rigid", rigid(&cohesive, "divisions = 4"), 1.651_201),
+        ("friction, 2 divisions", text, 1.519_047),
+        ("cohesion, 4 divisions", cohesive, 1.651_201),
+    ] {
         let mut simulation = simulation(&text);
         simulation.relax(1e-6, 20_000).expect("an equilibrium");
         let search =

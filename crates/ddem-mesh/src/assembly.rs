@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use crate::Geometry;
+use crate::bodies::RigidBodies;
 use crate::inertia::Inertia;
 use crate::joint_sections::JointSections;
 use crate::pack::{Pack, Packs};
@@ -66,6 +67,8 @@ pub struct Assembly {
     /// Mass properties of the rigid blocks, for each rigid pack; lanes without a block repeat the
     /// first one.
     pub rigid: Vec<[MassProperties; LANES]>,
+    /// Rigid bodies of several blocks.
+    pub bodies: RigidBodies,
     element_index: HashMap<(ElementKind, [u64; 12]), u32>,
     table_index: HashMap<[Option<u32>; LANES], u32>,
 }
@@ -205,6 +208,7 @@ impl Assembly {
         for pack in packs.packs.iter().filter(|pack| pack.rigid) {
             self.rigid.push(rigid_matter(geometry, pack, &mut nodes));
         }
+        self.unite_bodies(geometry, packs, properties, bonds);
         let tied = geometry.summed_over_ties(&nodes);
         let mut index = HashMap::new();
         for pack in &packs.packs {
@@ -225,7 +229,7 @@ impl Assembly {
 }
 
 /// Mass properties of the rigid blocks of a pack. The corners get equal masses, so that the
-/// centroid is the centre of mass.
+/// centroid is the centre of mass, but not those of parts of cells.
 fn rigid_matter(
     geometry: &Geometry,
     pack: &Pack,
@@ -246,12 +250,17 @@ fn rigid_matter(
     let mass_properties = pack.blocks.map(mass_properties);
     let bodies = pack.blocks[..pack.filled].iter().zip(&mass_properties);
     for (&block, mass_properties) in
-        bodies.filter(|(block, _)| !geometry.is_removed(**block as usize))
+        bodies.filter(|(block, _)| is_alone(geometry, **block as usize))
     {
         let first = geometry.blocks[block as usize].first_node as usize;
         nodes[first..first + 8].iter_mut().for_each(|node| node[0] = mass_properties.mass / 8.0);
     }
     mass_properties
+}
+
+/// True for a block that exists and is no part of a cell.
+fn is_alone(geometry: &Geometry, block: usize) -> bool {
+    !geometry.is_removed(block) && geometry.part(block).is_none()
 }
 
 /// Elastic constants of a joint lattice: those of its joint or, if several joints meet, of the most

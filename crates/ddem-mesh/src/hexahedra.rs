@@ -35,7 +35,8 @@ impl Geometry {
         &properties.materials[usize::from(self.blocks[block].material)]
     }
 
-    /// Adds mass and stiffness diagonal of the elements of a part to its nodes.
+    /// Adds mass and stiffness diagonal of the elements of a part to its nodes. A rigid one has only
+    /// mass.
     pub(crate) fn scatter_part(
         &self,
         block: usize,
@@ -44,6 +45,7 @@ impl Geometry {
     ) {
         let (topology, first) = (self.topology(block), self.blocks[block].first_node as usize);
         let inertia = self.part(block).map_or(1.0, |part| part.inertia);
+        let stiffness = if self.is_rigid(block) { 0.0 } else { 1.0 };
         let density = inertia * self.elastic(block, properties).density;
         for (number, element) in self.hexahedra(block, properties).iter().enumerate() {
             let corners = self.element_corners(block, number).map(Point3::from);
@@ -51,7 +53,7 @@ impl Geometry {
             for (corner, node) in topology.hex(number).into_iter().enumerate() {
                 let sums = &mut nodes[first + node];
                 sums[0] += mass[corner];
-                (0..3).for_each(|c| sums[1 + c] += diagonal[corner][c]);
+                (0..3).for_each(|c| sums[1 + c] += stiffness * diagonal[corner][c]);
             }
         }
     }

@@ -17,6 +17,7 @@
 pub mod assembly;
 mod block_face;
 mod blocks;
+mod bodies;
 mod cells;
 mod conforming;
 pub mod connected;
@@ -42,6 +43,7 @@ mod ties;
 mod topology;
 
 pub use block_face::{BlockFace, RestFace, TributaryLengths, quad_points};
+pub use bodies::{BodyPart, RigidBodies};
 pub use cells::moved_to;
 pub use conforming::ConformingJoint;
 pub use conforming::faces;
@@ -258,6 +260,11 @@ impl Geometry {
     /// Centre of a block's cell, which includes the surrounding joints `[m]`.
     pub fn centre(&self, block: usize) -> Vec3 {
         self.lattice(block).centre(self.blocks[block].cell.map(|c| c as usize))
+    }
+
+    /// Centroid of a block, or of the cell that it is a part of `[m]`.
+    pub fn centroid(&self, block: usize) -> Vec3 {
+        self.part(block).map_or_else(|| self.centre(block), |part| part.centroid)
     }
 
     /// Depth of a point inside a block as a fraction of its edges (negative outside), and the

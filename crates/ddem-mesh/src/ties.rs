@@ -77,10 +77,16 @@ impl Geometry {
         })
     }
 
+    /// Groups of tied nodes of deformable blocks, whose forces are summed; rigid bodies sum their
+    /// wrenches.
+    pub fn tied_deformable(&self) -> impl Iterator<Item = Vec<u32>> {
+        self.tied().filter(|group| !self.is_rigid(self.block_of(group[0] as usize)))
+    }
+
     /// Mass of each node and its three diagonal stiffnesses, summed over the nodes that it is tied to;
     /// empty without ties.
     pub(crate) fn summed_over_ties(&self, nodes: &[[f64; 4]]) -> Vec<[f64; 4]> {
-        let mut groups = self.tied().peekable();
+        let mut groups = self.tied_deformable().peekable();
         if groups.peek().is_none() {
             return Vec::new();
         }
@@ -129,7 +135,7 @@ impl TiedSlots {
         }
         let mut slots = Self { starts: vec![0], ..Self::default() };
         let mut of_pack = Vec::new();
-        for (group, nodes) in geometry.tied().enumerate() {
+        for (group, nodes) in geometry.tied_deformable().enumerate() {
             for node in nodes {
                 let slot = packs.node_slot(geometry, node as usize);
                 of_pack.push((slot.pack, slots.copies.len() as u32));

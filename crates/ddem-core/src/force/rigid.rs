@@ -2,9 +2,7 @@
 
 use crate::model::conditions::SupportedAxis;
 use ddem_mechanics::math::lanes::Lanes;
-use ddem_mechanics::rigid::{
-    MassProperties, Pose, RigidCoefficients, RigidConstraint, SpatialVector,
-};
+use ddem_mechanics::rigid::{MassProperties, Pose, RigidConstraint, SpatialVector};
 use ddem_mesh::Vec3;
 
 /// Rigid block of a pack: mass properties, pose and lane.
@@ -15,7 +13,7 @@ pub(crate) struct RigidBlock<'a> {
     pub(crate) lane: usize,
 }
 
-impl RigidBlock<'_> {
+impl<'a> RigidBlock<'a> {
     /// Resultant of the corner forces: force `[N]` and torque about the centroid `[N m]`.
     pub(crate) fn resultant(&self, f: &[Lanes]) -> SpatialVector {
         let mut sum = SpatialVector::default();
@@ -56,54 +54,35 @@ impl RigidBlock<'_> {
         }
     }
 
-    /// Constraint by the supports at the corners; `None` without supports.
-    pub(crate) fn constraint(
-        &self,
-        supports: &[SupportedAxis],
-        velocities: &[[f64; 3]],
+    /// Arm, axis and velocity of each of its supports.
+    pub(crate) fn supported<'b>(
+        self,
+        supports: &'b [SupportedAxis],
+        velocities: &'b [[f64; 3]],
         first: usize,
-    ) -> Option<RigidConstraint> {
-        let own = supports.iter().filter(|support| usize::from(support.lane) == self.lane);
-        let asked = own.map(|support| {
+    ) -> impl Iterator<Item = (Vec3, usize, f64)> + use<'a, 'b> {
+        let own = supports.iter().filter(move |support| usize::from(support.lane) == self.lane);
+        own.map(move |support| {
             let axis = usize::from(support.axis);
             (self.arm(corner(support, first)), axis, velocities[support.fix as usize][axis])
-        });
-        RigidConstraint::new(self.mass_properties.size(), asked)
+        })
     }
 
-    /// Velocities after a step under a wrench, without supports. A relaxation (`rests`) starts from
-    /// zero velocities.
-    pub(crate) fn free(
-        &self,
-        coefficients: &RigidCoefficients,
-        wrench: &SpatialVector,
-        rests: bool,
-    ) -> SpatialVector {
-        let Self { mass_properties, pose, .. } = *self;
-        let start = if rests { Pose { turn: pose.turn, ..Pose::default() } } else { *pose };
-        start.accelerated(mass_properties, coefficients, wrench).twist(mass_properties)
-    }
-
-    /// Computes the reactions of the supports `[N]` that correct the velocities `free`, those
-    /// without supports. Returns the wrench of the reactions.
-    pub(crate) fn react(
+    /// Computes the reactions of its supports `[N]` from their wrench.
+    pub(crate) fn set_reactions(
         &self,
         constraint: &RigidConstraint,
-        coefficients: &RigidCoefficients,
-        free: SpatialVector,
+        wrench: SpatialVector,
         supports: &[SupportedAxis],
         first: usize,
         reactions: &mut [f64],
-    ) -> SpatialVector {
-        let Self { mass_properties, pose, lane } = *self;
-        let answer = constraint.reaction_wrench(mass_properties, coefficients, &pose.turn, free);
+    ) {
         for (support, reaction) in supports.iter().zip(reactions) {
-            if usize::from(support.lane) == lane {
+            if usize::from(support.lane) == self.lane {
                 let arm = self.arm(corner(support, first));
-                *reaction = constraint.reaction(answer, arm, usize::from(support.axis));
+                *reaction = constraint.reaction(wrench, arm, usize::from(support.axis));
             }
         }
-        answer
     }
 }
 

@@ -134,6 +134,16 @@ impl Model {
         &self.computed
     }
 
+    /// True if blocks share nodes, or are parts of rigid bodies.
+    pub(crate) fn has_shared_motion(&self) -> bool {
+        !self.ties.is_empty() || !self.assembly.bodies.is_empty()
+    }
+
+    /// True if any block is a part of a cell.
+    pub(crate) fn has_cells(&self) -> bool {
+        !self.geometry.ties.is_empty()
+    }
+
     pub(crate) fn corotational(&self) -> bool {
         self.properties.kinematics == Kinematics::Corotational
     }
@@ -304,6 +314,7 @@ impl Model {
             + inertia
             + self.in_situ.as_ref().map_or(0, InSitu::bytes)
             + self.ties.bytes()
+            + self.assembly.bodies.bytes()
     }
 
     /// Lumped mass of a node `[kg]`, eq. (3).

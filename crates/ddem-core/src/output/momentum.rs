@@ -36,9 +36,12 @@ impl Snapshot<'_> {
         self.fill_velocities(0..model.n_nodes(), velocities.as_flattened_mut());
         let poses = self.poses();
         for (number, block) in model.geometry.blocks.iter().enumerate() {
-            let (pack, lane) = model.packs.slot(number);
-            let pack = &model.packs.packs[pack];
+            let (index, lane) = model.packs.slot(number);
+            let pack = &model.packs.packs[index];
             if pack.rigid {
+                if !model.assembly.bodies.counts(&model.packs, index, lane) {
+                    continue;
+                }
                 let pose = &poses[pack.rigid_start][lane];
                 let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
                 let centre = model.geometry.position(number, [0; 3]) - mass_properties.arm(0);

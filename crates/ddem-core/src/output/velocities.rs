@@ -7,7 +7,6 @@ use crate::step::{Poses, present, set_corner_velocities};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::leapfrog::local_damping;
 use ddem_mechanics::rigid::Pose;
-use ddem_mesh::parallel::node_start;
 
 impl Snapshot<'_> {
     /// Writes the velocities of a range of nodes `[m/s]`; zero in a relaxation.
@@ -84,15 +83,14 @@ impl Snapshot<'_> {
 
     /// Poses of the blocks of one rigid pack.
     fn pose(&self, pack: usize) -> Poses {
-        let packs = &self.model.packs;
-        let poses = self.state.poses[packs.packs[pack].rigid_start];
+        let all = &self.state.poses;
+        let poses = all[self.model.packs.packs[pack].rigid_start];
         if self.context.motion.fictitious {
             return poses.map(Pose::resting);
         }
         if self.state.before == 0.0 {
             return poses;
         }
-        let nodes = node_start(packs, pack)..node_start(packs, pack + 1);
-        present(self.context, pack, &poses, &self.scratch.f[nodes])
+        present(self.context, pack, all, &self.scratch.f)
     }
 }

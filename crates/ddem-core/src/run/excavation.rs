@@ -43,7 +43,7 @@ impl Simulation {
         let before = self.energy().balance;
         let mass_properties = self.model.assembly.rigid.clone();
         let geometry = self.model.excavate(now);
-        self.keep_angular_momentum(&mass_properties);
+        self.keep_rigid_motion(&mass_properties);
         self.clear_removed();
         self.update_joints(&geometry);
         self.scratch.fit(&self.model, &self.state);
@@ -66,15 +66,19 @@ impl Simulation {
         self.failure_suspended = held;
     }
 
-    /// Keeps the angular velocity of rigid blocks whose inertia has changed; `before` are the
-    /// former mass properties.
-    fn keep_angular_momentum(&mut self, before: &[[MassProperties; LANES]]) {
+    /// Keeps the motion of the corners of rigid blocks whose mass properties have changed; `before` are
+    /// the former ones.
+    fn keep_rigid_motion(&mut self, before: &[[MassProperties; LANES]]) {
         let mass_properties =
             before.iter().zip(&self.model.assembly.rigid).flat_map(|(a, b)| a.iter().zip(b));
         for (pose, (old, new)) in self.state.poses.iter_mut().flatten().zip(mass_properties) {
             if old.inertia != new.inertia {
-                pose.momentum =
-                    new.momentum(&pose.turn, old.angular_velocity(&pose.turn, pose.momentum));
+                // The centre of mass moves if a body loses a part.
+                let away = old.arm(0) - new.arm(0);
+                let spin = old.angular_velocity(&pose.turn, pose.momentum);
+                pose.shift = pose.displacement(&away);
+                pose.velocity += spin.cross(&(pose.turn * away));
+                pose.momentum = new.momentum(&pose.turn, spin);
             }
         }
     }

@@ -101,7 +101,7 @@ impl Simulation {
         let before = self.work_along(&support_increments);
         let velocities = std::mem::replace(&mut self.view.velocities, support_increments);
         let (context, state, scratch) = self.parts();
-        apply_support_displacements(context, state);
+        apply_support_displacements(context, state, scratch);
         scratch.fit(context.model, state);
         self.state.contacts.near_is_complete = false;
         let support_increments = std::mem::replace(&mut self.view.velocities, velocities);

@@ -108,7 +108,7 @@ impl Simulation {
         let surfaces =
             contact_model.map_or_else(|| Cow::Owned(own()), |s| Cow::Borrowed(&s.surfaces));
         let bonds = match contact_model {
-            Some(contact) if !model.ties.is_empty() => {
+            Some(contact) if model.has_cells() => {
                 let meets = contact.search.then_some(&contact.surfaces);
                 bounds_at_nodes(&model.bonded_patches, meets, &contact.blocks, geometry)
             }

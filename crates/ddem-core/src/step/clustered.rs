@@ -13,6 +13,7 @@ use crate::step::{FirstPass, internal_forces};
 use ddem_joint::broken::BrokenJoints;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::Pose;
 use ddem_mesh::Vec3;
 use ddem_mesh::parallel::{each_pack, node_start};
 
@@ -37,6 +38,7 @@ pub(crate) fn largest_clustered(
     let n = 3 * model.packs.nodes;
     let (mut x, mut next) = (start(model, n), vec![Lanes::ZERO; n]);
     let mut sums = vec![[0.0; 3]; model.packs.packs.len()];
+    let rest = vec![[Pose::default(); LANES]; model.packs.rigid];
     let (mut largest, mut growth) = (0.0, 0.0);
     for step in 0..MOST_STEPS {
         if step >= STEPS && growth <= GROWS * largest {
@@ -46,7 +48,7 @@ pub(crate) fn largest_clustered(
             return Err(RunError::Stopped);
         }
         internal_forces(FirstPass::linear(model, &x), broken_joints, scratch);
-        preconditioner.respond(model, &scratch.f, scratch.level);
+        preconditioner.respond(model, &rest, &scratch.f, scratch.level);
         let preconditioner = &*preconditioner;
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
         let (f, level) = (&scratch.f, scratch.level);
@@ -94,11 +96,12 @@ pub(crate) fn largest_of_gases(
     let walls: BTreeSet<usize> = nodes.map(|node| model.node_slot(*node as usize).pack).collect();
     scratch.f.fill(Lanes::ZERO);
     let mut response = vec![Lanes::ZERO; 3 * model.packs.nodes];
+    let rest = vec![[Pose::default(); LANES]; model.packs.rigid];
     for (nodes, k, areas) in gases {
         for (node, area) in nodes.iter().zip(areas) {
             model.set(&mut scratch.f, *node as usize, (*area).into());
         }
-        preconditioner.respond(model, &scratch.f, scratch.level);
+        preconditioner.respond(model, &rest, &scratch.f, scratch.level);
         for &pack in &walls {
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             response[range.clone()].fill(Lanes::ZERO);

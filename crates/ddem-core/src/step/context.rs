@@ -102,7 +102,7 @@ impl<'a> Context<'a> {
     /// needs nothing from packs that come after it but their positions.
     pub(super) fn is_unbreakable(&self) -> bool {
         let fails = self.failure_divisor.is_some() && self.model.laws.iter().any(Option::is_some);
-        let alone = self.model.contact.is_none() && self.model.ties.is_empty();
+        let alone = self.model.contact.is_none() && !self.model.has_shared_motion();
         !fails && alone && !self.energies
     }
 

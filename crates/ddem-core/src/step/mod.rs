@@ -5,6 +5,7 @@
 //! forces at each node in one order and moves the nodes, unless it only evaluates them.
 //! [`move_pack`] shows the order of physics inside a pack.
 
+mod bodies;
 pub(crate) mod clustered;
 mod context;
 mod driving;
@@ -39,6 +40,7 @@ use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::StepSums;
 use ddem_mesh::parallel::spread;
 
+pub(crate) use bodies::BodyStep;
 pub(crate) use context::Context;
 use context::PackContext;
 pub(crate) use driving::apply_support_displacements;
@@ -46,11 +48,13 @@ pub(crate) use first::{FirstPass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
 pub(crate) use rigid::{Poses, present, set_corner_velocities};
 
-/// Forces on a pack from others: those of the joints at its lower sides, and of contacts.
+/// Forces on a pack from others: those of the joints at its lower sides, of contacts, and of the other
+/// parts of rigid bodies.
 #[derive(Clone, Copy)]
 struct ForcesOfOthers<'a> {
     joints: NeighbourForces<'a>,
     contacts: &'a Contacts,
+    bodies: &'a [BodyStep],
 }
 
 /// Fields of the second pass, of a run of packs.
@@ -114,11 +118,12 @@ fn second_pass(
 ) -> StepSums {
     let span = scratch.profiler.begin();
     let level = scratch.level;
-    if !context.model.ties.is_empty() {
+    if context.model.has_shared_motion() {
         spread_second(context, motions.read(), contacts, scratch, &|others, run, fields| {
             dispatch!(level, simd => run_collect(simd, context, others, run, fields));
         });
         scratch.sum_ties(context.model);
+        scratch.step_bodies(context, motions.poses.get());
     }
     spread_second(context, motions, contacts, scratch, &|others, run, fields| {
         dispatch!(level, simd => run_second(simd, context, others, run, fields));
@@ -136,9 +141,10 @@ fn spread_second(
     scratch: &mut Scratch,
     op: &(impl Fn(ForcesOfOthers<'_>, Range<usize>, &mut SecondPassFields<'_>) + Sync),
 ) {
-    let StepFields { forces, on_neighbours, second, runs, .. } =
+    let StepFields { forces, on_neighbours, second, bodies, runs, .. } =
         scratch.second(context.view, context.has_viscous(), motions, &mut []);
-    let others = ForcesOfOthers { joints: NeighbourForces::all(on_neighbours), contacts };
+    let joints = NeighbourForces::all(on_neighbours);
+    let others = ForcesOfOthers { joints, contacts, bodies };
     let fields = (forces, second);
     spread(&context.model.packs, runs, fields, &|run, mut fields: SecondPassFields<'_>| {
         op(others, run, &mut fields);
@@ -189,8 +195,8 @@ fn move_pack<S: Simd>(
     others: ForcesOfOthers<'_>,
     mut part: PackFields<'_>,
 ) {
-    // With ties the forces are complete already.
-    let complete = !pack.step.model.ties.is_empty();
+    // If others move with its blocks, the forces are complete already.
+    let complete = pack.step.model.has_shared_motion();
     if !complete {
         nodes::collect(simd, pack, others, &mut part);
     }
@@ -199,7 +205,7 @@ fn move_pack<S: Simd>(
         nodes::add_loads(simd, pack, &mut part);
     }
     if pack.is_rigid() {
-        rigid::react(pack, &mut part);
+        rigid::react(pack, &mut part, others.bodies);
     } else {
         sliding::damp_deformation(simd, pack, &mut part);
         nodes::add_dashpot_forces(pack, &mut part);
@@ -209,7 +215,7 @@ fn move_pack<S: Simd>(
     part.sums.applied = pack.supports.applied(loads, part.reactions);
     match (pack.is_rigid(), pack.step.motion.fictitious) {
         (true, true) => rigid::relaxation_sums(pack, &mut part),
-        (true, false) => rigid::advance(pack, &mut part),
+        (true, false) => rigid::advance(pack, &mut part, others.bodies),
         (false, true) => nodes::relaxation_sums(simd, pack, &mut part),
         (false, false) => nodes::advance(simd, pack, &mut part),
     }

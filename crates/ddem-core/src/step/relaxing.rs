@@ -5,7 +5,8 @@ use std::ops::Range;
 use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
-use super::rigid::follow_corners;
+use super::bodies;
+use super::rigid::{follow_bodies, follow_corners};
 use crate::model::Model;
 use crate::state::State;
 use crate::state::profile::Phase;
@@ -26,16 +27,36 @@ pub(crate) fn advance_relaxing(
     scratch: &mut Scratch,
 ) -> StepSums {
     let span = scratch.profiler.begin();
-    preconditioner.respond(model, &scratch.f, scratch.level);
+    preconditioner.respond(model, &state.poses, &scratch.f, scratch.level);
     let preconditioner = &*preconditioner;
     let (fields, f, runs, level) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
         dispatch!(level, simd => run_relaxing(simd, model, preconditioner, [a, b], f, &run, &mut fields));
     });
+    move_bodies(model, state, scratch);
     scratch.add_travel(&mut state.contacts, 1.0);
     let sums = StepSums::total(&scratch.sums);
     scratch.profiler.end(span, Phase::Relaxation);
     sums
+}
+
+/// Moves the rigid bodies of several blocks as the corners of all their parts have moved.
+pub(super) fn move_bodies(model: &Model, state: &mut State, scratch: &mut Scratch) {
+    if model.assembly.bodies.is_empty() {
+        return;
+    }
+    let next = bodies::followed(model, &state.poses, &state.v);
+    let (fields, _, runs, _) = scratch.relaxing(state);
+    spread(&model.packs, runs, fields, &|run, fields: Relaxing<'_>| {
+        let packs = &model.packs;
+        let (first, first_rigid) = (node_start(packs, run.start), rigid_start(packs, run.start));
+        for index in run.clone().filter(|&index| packs.packs[index].rigid) {
+            let nodes = node_start(packs, index) - first..node_start(packs, index + 1) - first;
+            let poses = &mut fields.poses[packs.packs[index].rigid_start - first_rigid];
+            follow_bodies(model, index, poses, &mut fields.u[nodes], &next);
+            fields.frames[index - run.start] = frame_of(poses);
+        }
+    });
 }
 
 #[simd]

@@ -3,41 +3,49 @@
 //! Their corners collect forces as nodes do. The resultant moves the six degrees of freedom, and
 //! the corners follow.
 
+use super::bodies::{self, BodyStep};
 use super::{Context, PackContext};
 use crate::force::rigid::{RigidBlock, at};
 use crate::force::support::Supports;
 use crate::model::Model;
+use crate::state::motion::Motion;
 use crate::step::frames::frame_of;
 use crate::step::scratch::{Access, PackFields};
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::math::leapfrog::local_damping;
 use ddem_mechanics::math::sums::StepSums;
-use ddem_mechanics::rigid::{Pose, RigidCoefficients, RigidConstraint, SpatialVector};
+use ddem_mechanics::rigid::{
+    MassProperties, Pose, RigidCoefficients, RigidConstraint, SpatialVector,
+};
+use ddem_mesh::parallel::node_start;
 
 /// Poses of the blocks of a pack.
 pub(crate) type Poses = [Pose; LANES];
 
 impl<'a> PackContext<'a> {
-    fn member(&self, poses: &'a Poses, lane: usize) -> RigidBlock<'a> {
+    pub(super) fn member(&self, poses: &'a Poses, lane: usize) -> RigidBlock<'a> {
         let mass_properties = &self.step.model.assembly.rigid[self.pack.rigid_start][lane];
         RigidBlock { mass_properties, pose: &poses[lane], lane }
     }
 
-    fn coefficients(&self, member: &RigidBlock<'_>) -> RigidCoefficients {
-        let motion = self.step.motion;
-        let rates = motion.rates(member.mass_properties);
-        RigidCoefficients { interval: motion.interval, rates }
+    /// Body of several blocks that the block in a lane is a part of.
+    fn body(&self, lane: usize) -> Option<usize> {
+        self.step.model.assembly.bodies.body(self.pack.rigid_start, lane)
     }
 
     fn constraint(&self, member: &RigidBlock<'_>) -> Option<RigidConstraint> {
-        // A corner moves along the chord of its path. The constraint uses its position halfway
-        // there.
-        let motion = self.step.motion;
-        let ahead = if motion.fictitious { 0.0 } else { 0.5 * motion.time_step };
-        let pose = member.pose.turned_on(member.mass_properties, ahead);
+        let pose = halfway(self.step.motion, member);
+        let ahead = RigidBlock { pose: &pose, ..*member };
         let Supports { list, velocities, first } = self.supports;
-        RigidBlock { pose: &pose, ..*member }.constraint(list, velocities, first)
+        let supported = ahead.supported(list, velocities, first);
+        RigidConstraint::new(member.mass_properties.size(), supported)
     }
+}
+
+/// Pose in the middle of a step, at which supports act: a corner moves along the chord of its path.
+pub(super) fn halfway(motion: &Motion, member: &RigidBlock<'_>) -> Pose {
+    let ahead = if motion.fictitious { 0.0 } else { 0.5 * motion.time_step };
+    member.pose.turned_on(member.mass_properties, ahead)
 }
 
 /// Sets the displacement increments of the corners of a pack's blocks `[m]`. The velocities of the
@@ -47,7 +55,7 @@ pub(super) fn held_increments(
     poses: &Poses,
     support_increments: &mut [Lanes],
 ) {
-    for lane in 0..pack.pack.filled {
+    for lane in (0..pack.pack.filled).filter(|&lane| pack.body(lane).is_none()) {
         let member = pack.member(poses, lane);
         if let Some(constraint) = pack.constraint(&member) {
             member.set_twist(constraint.target(), support_increments);
@@ -57,18 +65,20 @@ pub(super) fn held_increments(
 
 /// Adds the reactions of supports, and replaces the forces on the corners by those equivalent to
 /// the total.
-pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>, bodies: &[BodyStep]) {
     let Supports { list, first, .. } = pack.supports;
     let poses = part.blocks.poses.get()[0];
     for lane in 0..pack.pack.filled {
         let member = pack.member(&poses, lane);
+        if let Some(body) = pack.body(lane) {
+            member.set_forces(bodies[body].wrench, part.f);
+            continue;
+        }
         let mut wrench = member.resultant(part.f);
         wrench.angular += at(&*part.torque, 0, lane);
         if let Some(constraint) = pack.constraint(&member) {
-            let coefficients = pack.coefficients(&member);
-            let free = member.free(&coefficients, &wrench, pack.step.motion.fictitious);
-            let answer =
-                member.react(&constraint, &coefficients, free, list, first, part.reactions);
+            let answer = reaction(pack.step.motion, &member, &constraint, &wrench);
+            member.set_reactions(&constraint, answer, list, first, part.reactions);
             wrench.linear += answer.linear;
             wrench.angular += answer.angular;
         }
@@ -77,10 +87,30 @@ pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     *part.torque = [Lanes::ZERO; 3];
 }
 
+/// Wrench with which supports correct the velocities after a step under another wrench. A relaxation
+/// starts from zero velocities.
+pub(super) fn reaction(
+    motion: &Motion,
+    member: &RigidBlock<'_>,
+    constraint: &RigidConstraint,
+    wrench: &SpatialVector,
+) -> SpatialVector {
+    let RigidBlock { mass_properties, pose, .. } = *member;
+    let coefficients = coefficients(motion, mass_properties);
+    let rest = Pose { turn: pose.turn, ..Pose::default() };
+    let start = if motion.fictitious { rest } else { *pose };
+    let free = start.accelerated(mass_properties, &coefficients, wrench).twist(mass_properties);
+    constraint.reaction_wrench(mass_properties, &coefficients, &pose.turn, free)
+}
+
+fn coefficients(motion: &Motion, mass_properties: &MassProperties) -> RigidCoefficients {
+    RigidCoefficients { interval: motion.interval, rates: motion.rates(mass_properties) }
+}
+
 /// Step of one block: its pose with the velocities after the step, powers and energies.
-#[derive(Default)]
-struct RigidStep {
-    next: Pose,
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RigidStep {
+    pub(super) next: Pose,
     damping: [f64; 2],
     kinetic: f64,
     /// Contributions to `power` and `change` of [`StepSums`].
@@ -88,14 +118,17 @@ struct RigidStep {
     change: f64,
 }
 
-fn rigid_step(pack: &PackContext<'_>, member: &RigidBlock<'_>, f: &[Lanes]) -> RigidStep {
+/// Step of a block under the wrench of all forces on it, those of supports included.
+pub(super) fn rigid_step(
+    motion: &Motion,
+    member: &RigidBlock<'_>,
+    wrench: SpatialVector,
+    constraint: Option<&RigidConstraint>,
+) -> RigidStep {
     let RigidBlock { mass_properties, pose, .. } = *member;
-    let motion = pack.step.motion;
-    let coefficients = pack.coefficients(member);
-    let wrench = member.resultant(f);
-    let constraint = pack.constraint(member);
+    let coefficients = coefficients(motion, mass_properties);
     let before = pose.twist(mass_properties);
-    let free = constraint.as_ref().map_or(wrench, |constraint| constraint.without(wrench));
+    let free = constraint.map_or(wrench, |constraint| constraint.without(wrench));
     let local = local(motion.local, free, before);
     let left = SpatialVector {
         linear: wrench.linear - local.linear,
@@ -138,6 +171,20 @@ fn rigid_step(pack: &PackContext<'_>, member: &RigidBlock<'_>, f: &[Lanes]) -> R
     }
 }
 
+/// Step of the block in a lane of a pack, whose forces are complete.
+fn step_of(
+    pack: &PackContext<'_>,
+    member: &RigidBlock<'_>,
+    f: &[Lanes],
+    bodies: &[BodyStep],
+) -> RigidStep {
+    if let Some(body) = pack.body(member.lane) {
+        return bodies[body].step;
+    }
+    let constraint = pack.constraint(member);
+    rigid_step(pack.step.motion, member, member.resultant(f), constraint.as_ref())
+}
+
 /// Local damping of each of the six degrees of freedom.
 fn local(alpha: f64, wrench: SpatialVector, twist: SpatialVector) -> SpatialVector {
     let each = |force: f64, v: f64| local_damping(alpha, force, v);
@@ -165,8 +212,9 @@ pub(super) fn relaxation_sums(pack: &PackContext<'_>, part: &mut PackFields<'_>)
     *part.sums = sums;
 }
 
-/// Moves the blocks of a pack and their corners. An evaluation computes their sums only.
-pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+/// Moves the blocks of a pack and their corners. An evaluation computes their sums only. The first
+/// part of a body has the energies of all of it.
+pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>, bodies: &[BodyStep]) {
     let PackFields { blocks, f, sums: of_pack, reactions, q, loaded, buffer, .. } = part;
     let before = blocks.poses.get()[0];
     let v = match &mut blocks.v {
@@ -185,11 +233,14 @@ pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>) {
             return before[lane];
         }
         let member = pack.member(&before, lane);
-        let rigid_step = rigid_step(pack, &member, f);
-        sums.kinetic += rigid_step.kinetic;
-        sums.power += rigid_step.power;
-        sums.change += rigid_step.change;
-        (0..2).for_each(|side| sums.damping[side] += rigid_step.damping[side]);
+        let rigid_step = step_of(pack, &member, f, bodies);
+        let model = pack.step.model;
+        if model.assembly.bodies.counts(&model.packs, pack.index, lane) {
+            sums.kinetic += rigid_step.kinetic;
+            sums.power += rigid_step.power;
+            sums.change += rigid_step.change;
+            (0..2).for_each(|side| sums.damping[side] += rigid_step.damping[side]);
+        }
         f.iter().for_each(|f| sums.free += f.0[lane] * f.0[lane]);
         q.iter().zip(&*v).for_each(|(q, v)| sums.loads[0] += q.0[lane] * v.0[lane]);
         let (next, increment) =
@@ -227,12 +278,18 @@ fn place_corners(member: &RigidBlock<'_>, u: &mut [Lanes]) {
 }
 
 /// Poses with the velocities at the present time, between the half steps before and after, under
-/// the last forces `f`.
-pub(crate) fn present(context: Context<'_>, index: usize, poses: &Poses, f: &[Lanes]) -> Poses {
+/// the last forces `f` on all nodes. `all` are the poses of all rigid packs.
+pub(crate) fn present(context: Context<'_>, index: usize, all: &[Poses], f: &[Lanes]) -> Poses {
     let pack = PackContext::new(context, index);
+    let poses = &all[pack.pack.rigid_start];
+    let own = &f[node_start(&context.model.packs, index)..];
     let now = |lane: usize| {
-        let RigidStep { next, .. } = rigid_step(&pack, &pack.member(poses, lane), f);
-        poses[lane].between(&next, 0.5 * context.motion.previous_step_ratio())
+        let member = pack.member(poses, lane);
+        let step = match pack.body(lane) {
+            Some(body) => bodies::step_under(context, body, all, f),
+            None => step_of(&pack, &member, own, &[]),
+        };
+        poses[lane].between(&step.next, 0.5 * context.motion.previous_step_ratio())
     };
     std::array::from_fn(|lane| if lane < pack.pack.filled { now(lane) } else { poses[lane] })
 }
@@ -246,7 +303,24 @@ pub(crate) fn set_corner_velocities(model: &Model, index: usize, poses: &Poses, 
     }
 }
 
-/// Moves the blocks of a pack in a relaxation as their corners move. The velocities `v` of the
+/// Moves the parts of bodies in a pack to the poses `next` of the bodies, and their corners.
+pub(super) fn follow_bodies(
+    model: &Model,
+    index: usize,
+    poses: &mut Poses,
+    u: &mut [Lanes],
+    next: &[Pose],
+) {
+    let pack = &model.packs.packs[index];
+    for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
+        let Some(body) = model.assembly.bodies.body(pack.rigid_start, lane) else { continue };
+        *pose = next[body];
+        let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
+        place_corners(&RigidBlock { mass_properties, pose, lane }, u);
+    }
+}
+
+/// Moves the blocks of a pack in a relaxation as their corners move, but not parts of bodies. The velocities `v` of the
 /// corners are their displacement increments in this step. Then sets the displacements of the
 /// corners from the poses.
 pub(super) fn follow_corners(
@@ -258,6 +332,9 @@ pub(super) fn follow_corners(
 ) {
     let pack = &model.packs.packs[index];
     for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
+        if model.assembly.bodies.body(pack.rigid_start, lane).is_some() {
+            continue;
+        }
         let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
         let corner_increments = std::array::from_fn(|corner| at(v, corner, lane));
         let (next, _) = pose

@@ -54,6 +54,9 @@ pub(crate) fn largest_eigenvalue(
     };
     let n = 3 * model.packs.nodes;
     let mut q = start(model, n);
+    if q.iter().all(|q| *q == Lanes::ZERO) {
+        return Ok(0.0);
+    }
     operator.tie(&mut q, scratch);
     let (mut before, mut scaled) = (vec![Lanes::ZERO; n], vec![Lanes::ZERO; n]);
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
@@ -212,7 +215,8 @@ fn over_packs<const N: usize>(
 }
 
 /// Inverse roots `I^{-½}` of the inertias of rigid blocks. Such a block has six values in the first
-/// slots of its corners: translation and rotation, scaled by `m^{-½}` and `I^{-½}`.
+/// slots of its corners: translation and rotation, scaled by `m^{-½}` and `I^{-½}`. Parts of bodies
+/// have zeros: only nonconforming joints act on them, whose stiffness is bounded, not computed.
 struct RigidModes(Vec<[Matrix3<f64>; LANES]>);
 
 impl RigidModes {
@@ -226,13 +230,11 @@ impl RigidModes {
         let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
         for lane in 0..filled {
             let mass_properties = &model.assembly.rigid[rigid_start][lane];
-            let [apply_support_displacements, turn] = [0, 3].map(|first| three(six, first, lane));
-            let (apply_support_displacements, turn) = (
-                apply_support_displacements / mass_properties.mass.sqrt(),
-                self.0[rigid_start][lane] * turn,
-            );
+            let [shift, turn] = [0, 3].map(|first| three(six, first, lane));
+            let (shift, turn) =
+                (shift / mass_properties.mass.sqrt(), self.0[rigid_start][lane] * turn);
             for corner in 0..8 {
-                let value = apply_support_displacements + turn.cross(&mass_properties.arm(corner));
+                let value = shift + turn.cross(&mass_properties.arm(corner));
                 (0..3).for_each(|c| u[3 * corner + c].0[lane] = value[c]);
             }
         }
@@ -293,11 +295,11 @@ fn tied_returns(model: &Model) -> Vec<Vec<Lanes>> {
 }
 
 /// Unit vector that favours no mode: numbers of a fixed sequence for each pack, 0 in lanes without
-/// a block.
+/// a block and in parts of bodies.
 pub(super) fn start(model: &Model, n: usize) -> Vec<Lanes> {
     let mut q = vec![Lanes::ZERO; n];
     let square = over_packs(model, [&mut q], |pack, _, [q]| {
-        let Pack { rigid, filled, .. } = model.packs.packs[pack];
+        let Pack { rigid, filled, rigid_start, .. } = model.packs.packs[pack];
         let mut seed = 0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(2 * pack as u64 + 1);
         let mut own = 0.0;
         for q in q.iter_mut().take(if rigid { 6 } else { usize::MAX }) {
@@ -306,6 +308,9 @@ pub(super) fn start(model: &Model, n: usize) -> Vec<Lanes> {
                 seed ^= seed >> 7;
                 seed ^= seed << 17;
                 let x = (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+                if rigid && model.assembly.bodies.body(rigid_start, lane).is_some() {
+                    continue;
+                }
                 q.0[lane] = x;
                 own += x * x;
             }
@@ -313,7 +318,9 @@ pub(super) fn start(model: &Model, n: usize) -> Vec<Lanes> {
         own
     });
     let norm = square.sqrt();
-    q.iter_mut().for_each(|q| q.0.iter_mut().for_each(|x| *x /= norm));
+    if norm > 0.0 {
+        q.iter_mut().for_each(|q| q.0.iter_mut().for_each(|x| *x /= norm));
+    }
     q
 }
 

@@ -41,6 +41,8 @@ pub struct CutRock {
     of_region: Vec<Vec<usize>>,
     /// Width of the cells in the middle of the volume of each region `[m]`.
     median_widths: Vec<f64>,
+    /// True for each block of which all cells are thin.
+    thin_blocks: Vec<bool>,
 }
 
 impl Deck {
@@ -114,7 +116,20 @@ impl CutRock {
         }
         let median_widths =
             of_region.iter().map(|cells: &Vec<usize>| median_width(cells, &properties)).collect();
-        Self { deck, complex, properties, common, blocks, of_region, median_widths }
+        let mut rock = Self {
+            deck,
+            complex,
+            properties,
+            common,
+            blocks,
+            of_region,
+            median_widths,
+            thin_blocks: vec![true; n],
+        };
+        for cell in (0..n).filter(|&cell| !rock.is_thin(cell)).collect::<Vec<_>>() {
+            rock.thin_blocks[rock.blocks[cell] as usize] = false;
+        }
+        rock
     }
 
     /// Region of a cell.
@@ -148,20 +163,43 @@ impl CutRock {
         self.median_widths[region]
     }
 
-    /// Treatment of a cell that is thin; `None` if it is not. Rigid blocks need no inertia.
+    /// True for a cell that is thinner than most of its region.
+    fn is_thin(&self, cell: usize) -> bool {
+        let region = self.region_number(cell);
+        self.properties[cell].width
+            < self.deck.region[region].small.width * self.median_widths[region]
+    }
+
+    /// Treatment of a cell that is thin; `None` if it is not. Rigid blocks need no inertia. A thin
+    /// cell that is joined to a wider one cannot be rigid, and is scaled instead.
     #[must_use]
     pub fn treatment(&self, cell: usize) -> Option<SmallKind> {
-        let number = self.region_number(cell);
-        let RockRegion { small, body, .. } = &self.deck.region[number];
-        let thin = self.properties[cell].width < small.width * self.median_widths[number];
-        let changes = *body == Body::Deformable || small.is == SmallKind::Removed;
-        (thin && changes).then_some(small.is)
+        let RockRegion { small, body, .. } = self.region(cell);
+        if !self.is_thin(cell) || (*body == Body::Rigid && small.is != SmallKind::Removed) {
+            return None;
+        }
+        let joined = small.is == SmallKind::Rigid && !self.is_rigid(cell);
+        Some(if joined { SmallKind::Scaled } else { small.is })
+    }
+
+    /// True for a cell of a rigid block.
+    #[must_use]
+    pub fn is_rigid(&self, cell: usize) -> bool {
+        let RockRegion { small, body, .. } = self.region(cell);
+        let is_thin = || self.thin_blocks[self.blocks[cell] as usize];
+        *body == Body::Rigid || (small.is == SmallKind::Rigid && is_thin())
+    }
+
+    /// Number of elements along each edge of the parts of a cell.
+    #[must_use]
+    pub fn divisions(&self, cell: usize) -> usize {
+        if self.is_rigid(cell) { 1 } else { self.region(cell).divisions as usize / 2 }
     }
 
     /// Parts of a cell.
     #[must_use]
     pub fn parts(&self, cell: usize) -> Vec<CellPart> {
-        self.complex.parts(cell, self.region(cell).divisions as usize / 2)
+        self.complex.parts(cell, self.divisions(cell))
     }
 
     /// Factors on the inertia of the parts of a cell, but not on their weight, and the volumes of the
@@ -171,7 +209,7 @@ impl CutRock {
     pub fn inertia(&self, cell: usize, parts: &[CellPart]) -> Vec<[f64; 2]> {
         let region = self.region(cell);
         let width = region.small.width * self.median_widths[self.region_number(cell)];
-        let scaled = region.small.is == SmallKind::Scaled && region.body == Body::Deformable;
+        let scaled = region.small.is != SmallKind::Removed && !self.is_rigid(cell);
         let material = self.deck.materials.get(&region.material);
         let rock = material.map_or(Elastic::new(1.0, 1.0, 0.0), |material| {
             Elastic::new(material.density, material.young, material.poisson)
@@ -203,18 +241,14 @@ impl CutRock {
         self.complex.cells()[cell].region as usize
     }
 
-    /// Number of elements of a cell: `divisions`/2 along each edge of its parts, one for a rigid
-    /// block.
+    /// Number of elements of a cell: `divisions`/2 along each edge of its parts, one in each part of a
+    /// rigid block.
     #[must_use]
     pub fn n_elements(&self, cell: usize) -> usize {
-        let region = self.region(cell);
-        match (self.treatment(cell), region.body) {
-            (Some(SmallKind::Removed), _) => 0,
-            (Some(SmallKind::Rigid), _) | (_, Body::Rigid) => 1,
-            (Some(SmallKind::Scaled) | None, Body::Deformable) => {
-                self.parts(cell).len() * (region.divisions as usize / 2).pow(3)
-            }
+        if self.treatment(cell) == Some(SmallKind::Removed) {
+            return 0;
         }
+        self.parts(cell).len() * self.divisions(cell).pow(3)
     }
 
     /// Names of the cuts whose planes bound a cell, or their places in the deck.

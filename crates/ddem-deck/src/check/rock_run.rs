@@ -1,7 +1,7 @@
 //! Entries that do not act on regions yet, by name.
 
 use super::{ErrorCode, Faults};
-use crate::schema::{Body, Deck, RockRegion, SmallKind};
+use crate::schema::Deck;
 
 /// Faults of a deck with regions that a run does not support yet.
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
@@ -14,12 +14,6 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     if !deck.blocks.is_empty() {
         let message = "sets of blocks beside regions cannot be run yet";
         refuse("blocks[0]".into(), message, "cut the blocks from a region, too");
-    }
-    for (i, region) in deck.region.iter().enumerate() {
-        for (key, message) in of_region(region) {
-            let help = "leave it out: deformable blocks have the rock's own stiffness";
-            refuse(format!("region[{i}].{key}"), message, help);
-        }
     }
     let sections = [
         ("refine", !deck.refine.is_empty(), "blocks of regions cannot be refined yet"),
@@ -43,13 +37,4 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
             refuse(format!("assign[{i}].{key}"), message, "assign them from the start");
         }
     }
-}
-
-/// Keys of a region that are not supported yet, with messages.
-fn of_region(region: &RockRegion) -> impl Iterator<Item = (&'static str, &'static str)> {
-    let rigid = (region.body == Body::Rigid)
-        .then_some(("body", "rigid blocks of regions cannot be run yet"));
-    let small = (region.small.is == SmallKind::Rigid)
-        .then_some(("small.is", "thin blocks of regions cannot be rigid yet"));
-    rigid.into_iter().chain(small)
 }

@@ -3,8 +3,8 @@
 use super::selection::Selected;
 use super::{Faults, NameFaults, Rule};
 use crate::schema::{
-    BlockSet, Body, Deck, Joint, Probe, Quantity, SafetySearch, Stage, StageKind, TimeStep, Where,
-    kinds, names, stage_keys,
+    Body, Deck, Joint, Probe, Quantity, SafetySearch, Stage, StageKind, TimeStep, Where, kinds,
+    names, stage_keys,
 };
 use ddem_core::{ErrorCode, Fault};
 
@@ -169,12 +169,14 @@ fn probe(deck: &Deck, at: &str, probe: &Probe, faults: &mut Faults) {
 /// Adds a fault if a stress probe selects rigid blocks, which have no stress. The block at a point
 /// is known only with the geometry.
 fn stress(deck: &Deck, at: &str, selector: Option<&Where>, faults: &mut Faults) {
-    let rigid = |set: &BlockSet| set.body == Body::Rigid;
+    let regions = deck.region.iter().map(|region| (region.name.as_deref(), region.body));
+    let sets: Vec<(Option<&str>, Body)> =
+        deck.blocks.iter().map(|set| (set.name.as_deref(), set.body)).chain(regions).collect();
     let named = selector.and_then(|selector| selector.set.as_deref());
-    let of = |name: &str| deck.blocks.iter().find(|set| set.name.as_deref() == Some(name));
+    let of = |name: &str| sets.iter().find(|(set, _)| *set == Some(name));
     let whose = match named.and_then(of) {
-        Some(set) if rigid(set) => format!("the blocks of `{}` are rigid", named.unwrap_or("")),
-        None if !deck.blocks.is_empty() && deck.blocks.iter().all(rigid) => {
+        Some((_, Body::Rigid)) => format!("the blocks of `{}` are rigid", named.unwrap_or("")),
+        None if !sets.is_empty() && sets.iter().all(|(_, body)| *body == Body::Rigid) => {
             "all blocks are rigid".to_owned()
         }
         _ => return,

@@ -146,7 +146,7 @@ fn removed(
 fn stress_is_there(index: usize, elements: &[Value], model: &Model) -> Result<(), Fault> {
     let mut blocks = elements.iter().map(|element| element.block);
     let Some(block) = blocks.find(|&block| model.is_rigid(block)) else { return Ok(()) };
-    let message = format!("block {block} is rigid: it has no stress");
+    let message = format!("block {} is rigid: it has no stress", model.whole_block(block));
     Err(Fault::new(ErrorCode::NotSupported, format!("probe[{index}].quantity"), message).help(
         "only blocks with `body = \"deformable\"` have stresses; `set` in `where` selects those \
          of one set",

@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use nalgebra::{Matrix3, Matrix6};
 
 use super::ContactSurfaces;
+use super::bounds_at_nodes::outer_faces;
 use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::law::SpringStiffness;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
@@ -26,8 +27,14 @@ pub fn bound(
     assembly: &Assembly,
 ) -> [f64; 2] {
     let mut most = [0.0_f64; 2];
+    for body in 0..assembly.bodies.len() {
+        most[1] = most[1].max(2.0 * of_body(surfaces, geometry, packs, assembly, body));
+    }
     for block in 0..geometry.blocks.len() {
         if geometry.is_rigid(block) {
+            if geometry.part(block).is_some() {
+                continue;
+            }
             let (pack, lane) = packs.slot(block);
             let mass_properties = &assembly.rigid[packs.packs[pack].rigid_start][lane];
             most[1] = most[1].max(2.0 * rigid(surfaces, block as u32, mass_properties));
@@ -140,7 +147,7 @@ fn at_parts(
         let sum = sums.entry(*node).or_default();
         (0..2).for_each(|k| sum[k] += more[k]);
     }
-    for group in geometry.tied() {
+    for group in geometry.tied_deformable() {
         let of = |k: usize| {
             group.iter().filter_map(|node| sums.get(&(*node as usize))).map(|own| own[k]).sum()
         };
@@ -150,7 +157,8 @@ fn at_parts(
         }
     }
     for (node, [stiffness, dashpot]) in sums {
-        if geometry.part(geometry.block_of(node)).is_none() {
+        let block = geometry.block_of(node);
+        if geometry.part(block).is_none() || geometry.is_rigid(block) {
             continue;
         }
         let slot = packs.node_slot(geometry, node);
@@ -220,23 +228,69 @@ fn per_mass(surfaces: &ContactSurfaces, geometry: &Geometry, block: usize, face:
 /// has the stiffness of its contact or its joint, the larger one.
 fn rigid(surfaces: &ContactSurfaces, block: u32, mass_properties: &MassProperties) -> f64 {
     let mut sum = Matrix6::zeros();
-    let mass = mass_properties.mass.sqrt();
-    let root = mass_properties.inverse_root();
+    let motions = ScaledMotions::new(mass_properties);
     for face in FaceId::all() {
         let (d, e, f) = (face.direction, (face.direction + 1) % 3, (face.direction + 2) % 3);
         let cross = mass_properties.half[e].cross(&mass_properties.half[f]);
-        let normal = cross.try_normalize(0.0).unwrap_or_default();
-        let SpringStiffness { normal: stiff, shear } = surfaces.largest_with_joint(block, face);
-        let across = normal * normal.transpose();
-        let k = (Matrix3::identity() * shear + across * (stiff - shear)) * cross.norm();
+        let k = spring(surfaces.largest_with_joint(block, face), &cross);
         let side = mass_properties.half[d] * if face.upper { 1.0 } else { -1.0 };
         for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
             let arm: Vec3 = side + mass_properties.half[e] * i + mass_properties.half[f] * j;
-            let mut motion = nalgebra::Matrix3x6::zeros();
-            motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / mass));
-            motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm.cross_matrix() * root));
-            sum += motion.transpose() * k * motion;
+            motions.add(&mut sum, &k, &arm);
         }
     }
     sum.symmetric_eigenvalues().max()
+}
+
+/// Largest squared angular frequency of a body of several blocks with springs at the corners of all
+/// faces of its parts that lie on its surface `[1/s²]`, as in [`rigid`].
+fn of_body(
+    surfaces: &ContactSurfaces,
+    geometry: &Geometry,
+    packs: &Packs,
+    assembly: &Assembly,
+    body: usize,
+) -> f64 {
+    let mut sum = Matrix6::zeros();
+    for part in assembly.bodies.parts(body) {
+        let mass_properties = &assembly.rigid[packs.packs[part.pack].rigid_start][part.lane];
+        let motions = ScaledMotions::new(mass_properties);
+        for face in outer_faces(geometry, part.block) {
+            let d = face.direction;
+            let (e, f) = (1 << ((d + 1) % 3), 1 << ((d + 2) % 3));
+            let arms = [0, e, e | f, f].map(|corner| mass_properties.arm(corner));
+            // Each of the four corners has a quarter of the area, half the product of the diagonals.
+            let quarter = (arms[2] - arms[0]).cross(&(arms[3] - arms[1])) / 8.0;
+            let k = spring(surfaces.largest_with_joint(part.block as u32, face), &quarter);
+            arms.iter().for_each(|arm| motions.add(&mut sum, &k, arm));
+        }
+    }
+    sum.symmetric_eigenvalues().max()
+}
+
+/// Stiffness of springs over an area with a normal `[N/m]`.
+fn spring(SpringStiffness { normal: stiff, shear }: SpringStiffness, area: &Vec3) -> Matrix3<f64> {
+    let normal = area.try_normalize(0.0).unwrap_or_default();
+    let across = normal * normal.transpose();
+    (Matrix3::identity() * shear + across * (stiff - shear)) * area.norm()
+}
+
+/// Motions of a rigid block scaled by `m^{-½}` and `I^{-½}`.
+struct ScaledMotions {
+    mass: f64,
+    inertia: Matrix3<f64>,
+}
+
+impl ScaledMotions {
+    fn new(mass_properties: &MassProperties) -> Self {
+        Self { mass: mass_properties.mass.sqrt(), inertia: mass_properties.inverse_root() }
+    }
+
+    /// Adds a spring at an arm to a stiffness.
+    fn add(&self, sum: &mut Matrix6<f64>, k: &Matrix3<f64>, arm: &Vec3) {
+        let mut motion = nalgebra::Matrix3x6::zeros();
+        motion.fixed_view_mut::<3, 3>(0, 0).copy_from(&(Matrix3::identity() / self.mass));
+        motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&(-arm.cross_matrix() * self.inertia));
+        *sum += motion.transpose() * k * motion;
+    }
 }

@@ -60,11 +60,7 @@ fn at_faces(surfaces: &ContactSurfaces, blocks: &[ContactBlock], geometry: &Geom
     for block in parts.filter(|&block| !geometry.is_removed(block)) {
         let first = geometry.blocks[block].first_node as usize;
         let n = geometry.topology(block).divisions();
-        for face in (0..3).map(|direction| FaceId { direction, upper: false }) {
-            let outer = geometry.part(block).and_then(|part| part.faces[face.direction]);
-            if outer.is_none() || is_covered(geometry, BlockFace { block, face }) {
-                continue;
-            }
+        for face in outer_faces(geometry, block) {
             let [stiffness, dashpot] = surfaces.largest_at(block as u32, face);
             for element in (0..n).flat_map(|k| (0..n).map(move |i| [i, k])) {
                 let nodes = geometry.topology(block).quad(face, element);
@@ -79,6 +75,15 @@ fn at_faces(surfaces: &ContactSurfaces, blocks: &[ContactBlock], geometry: &Geom
         }
     }
     at_nodes
+}
+
+/// Faces of a part that lie on the surface of its cell, and on no joined cell.
+pub(super) fn outer_faces(geometry: &Geometry, block: usize) -> impl Iterator<Item = FaceId> + '_ {
+    let lower = (0..3).map(|direction| FaceId { direction, upper: false });
+    lower.filter(move |&face| {
+        let outer = geometry.part(block).and_then(|part| part.faces[face.direction]);
+        outer.is_some() && !is_covered(geometry, BlockFace { block, face })
+    })
 }
 
 /// True if a face of a part lies on a joined cell: the node in the middle of the face of its cell is

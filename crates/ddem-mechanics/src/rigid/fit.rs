@@ -11,6 +11,9 @@ impl Pose {
         mass_properties: &MassProperties,
         displacements: &[Vector3<f64>; 8],
     ) -> Self {
+        if let Some(part) = &mass_properties.part {
+            return part.pose(self, displacements);
+        }
         self.shift = displacements.iter().sum::<Vector3<f64>>() / 8.0;
         let mut stretch = Matrix3::zeros();
         for (corner, u) in displacements.iter().enumerate() {
@@ -20,14 +23,7 @@ impl Pose {
         // Division by the moments of the corners removes the influence of the block's shape.
         let edges = Matrix3::from_columns(&mass_properties.half);
         let round = edges.try_inverse().map(|inverse| stretch * inverse.transpose() * inverse);
-        let turn = round.map_or_else(Rotation3::identity, |round| Rotation3::from_matrix(&round));
-        // Without relative displacements the rotation is exactly the identity.
-        let still = displacements.iter().all(|u| *u == displacements[0]);
-        self.turn = if still {
-            UnitQuaternion::identity()
-        } else {
-            UnitQuaternion::from_rotation_matrix(&turn)
-        };
+        self.turn = rotation(displacements, round);
         self
     }
 
@@ -37,6 +33,12 @@ impl Pose {
         mass_properties: &MassProperties,
         velocities: &[Vector3<f64>; 8],
     ) -> Self {
+        if let Some(part) = &mass_properties.part {
+            let twist = part.twist(&self.turn, velocities);
+            self.velocity = twist.linear;
+            self.momentum = mass_properties.momentum(&self.turn, twist.angular);
+            return self;
+        }
         self.velocity = velocities.iter().sum::<Vector3<f64>>() / 8.0;
         // Equal masses at the eight corners have three times the inertia of the block.
         let mut momentum = Vector3::zeros();
@@ -47,4 +49,18 @@ impl Pose {
         self.momentum = momentum;
         self
     }
+}
+
+/// Rotation in a deformation of the corners, whose gradient is given.
+pub(super) fn rotation(
+    displacements: &[Vector3<f64>; 8],
+    gradient: Option<Matrix3<f64>>,
+) -> UnitQuaternion<f64> {
+    // Without relative displacements the rotation is exactly the identity.
+    if displacements.iter().all(|u| *u == displacements[0]) {
+        return UnitQuaternion::identity();
+    }
+    let turn =
+        gradient.map_or_else(Rotation3::identity, |gradient| Rotation3::from_matrix(&gradient));
+    UnitQuaternion::from_rotation_matrix(&turn)
 }

@@ -6,6 +6,7 @@
 //! is stored in space axes, so that only a torque changes it. The rotation is a quaternion.
 
 mod constraint;
+mod corners;
 mod fit;
 
 use nalgebra::{Matrix3, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
@@ -14,6 +15,8 @@ use serde::{Deserialize, Serialize};
 use crate::math::leapfrog::coefficients;
 
 pub use constraint::RigidConstraint;
+pub use corners::CornerMoments;
+use corners::PartCorners;
 
 /// Mass, inertia and shape of a rigid block.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +30,8 @@ pub struct MassProperties {
     inverse: Matrix3<f64>,
     /// Translational stiffness of all its joints along each axis `[N/m]`.
     pub stiffness: Vector3<f64>,
+    /// Corners of a part of a rigid body; `None` if they are those of the half edges.
+    part: Option<Box<PartCorners>>,
 }
 
 /// Position and motion of a rigid block.
@@ -77,13 +82,27 @@ impl MassProperties {
         let inertia = turned_spread(half) * (mass / 3.0);
         // A block without volume cannot rotate; NaN stops the run at once.
         let inverse = inertia.try_inverse().unwrap_or_else(|| Matrix3::repeat(f64::NAN));
-        Self { mass, half, inertia, inverse, stiffness }
+        Self { mass, half, inertia, inverse, stiffness, part: None }
     }
 
-    /// Vector from the centroid to a corner at rest `[m]`. Bit d of its number is set at the upper
-    /// end of edge d.
+    /// Mass properties of the parallelepiped with an inertia about the centre of mass `[kg m²]`.
+    #[must_use]
+    pub fn with_inertia(mass: f64, inertia: &Matrix3<f64>, stiffness: Vector3<f64>) -> Self {
+        let moment = Matrix3::identity() * (0.5 * inertia.trace()) - inertia;
+        let SymmetricEigen { eigenvalues, eigenvectors } = moment.symmetric_eigen();
+        let edge = |k: usize| {
+            eigenvectors.column(k).into_owned() * (12.0 * eigenvalues[k].max(0.0) / mass).sqrt()
+        };
+        Self::new(mass, [edge(0), edge(1), edge(2)], stiffness)
+    }
+
+    /// Vector from the centre of mass to a corner at rest `[m]`. Bit d of its number is set at the
+    /// upper end of edge d.
     #[inline]
     pub fn arm(&self, corner: usize) -> Vector3<f64> {
+        if let Some(part) = &self.part {
+            return part.arms[corner];
+        }
         let sign = |d: usize| if corner >> d & 1 == 1 { 1.0 } else { -1.0 };
         self.half[0] * sign(0) + self.half[1] * sign(1) + self.half[2] * sign(2)
     }
@@ -104,14 +123,18 @@ impl MassProperties {
         turn * (self.inertia * turn.inverse_transform_vector(&spin))
     }
 
-    /// Corner forces `f_i = F/8 + θ × r_i` that are equivalent to a wrench, given by `F/8` and θ.
-    /// Equal masses at the eight corners have three times the inertia of the block.
+    /// Corner forces `f_i = g + θ × r_i` that are equivalent to a wrench, given by g and θ. Equal
+    /// masses at the eight corners have three times the inertia of the block. The forces on a part of
+    /// a body are equivalent together with those on all other parts.
     #[inline]
     pub fn corner_forces(
         &self,
         turn: &UnitQuaternion<f64>,
         wrench: SpatialVector,
     ) -> SpatialVector {
+        if let Some(part) = &self.part {
+            return part.forces(turn, wrench);
+        }
         let angular = self.angular_velocity(turn, wrench.angular) * (self.mass / 24.0);
         SpatialVector { linear: wrench.linear / 8.0, angular }
     }

@@ -97,3 +97,50 @@ fn hinge_leaves_one_rotation() {
     }
     assert!((force - answer.linear).norm() < 1e-12 && (torque - answer.angular).norm() < 1e-12);
 }
+
+/// Two parts of a tetrahedron-like body: their corner forces are together equivalent to a wrench, and
+/// their corners give back the motion of the body.
+#[test]
+fn parts_of_a_body_share_wrench_and_motion() {
+    let corner = |k: usize, at: [f64; 3]| {
+        let end = |d: usize| if k >> d & 1 == 1 { 1.0 + 0.2 * at[d] } else { -0.3 };
+        Vector3::new(end(0) + at[0], end(1) + at[1], end(2) * (1.0 + 0.1 * k as f64) + at[2])
+    };
+    let arms: [[Vector3<f64>; 8]; 2] =
+        [[0.2, -0.1, 0.4], [-1.5, 0.7, 0.3]].map(|at| std::array::from_fn(|k| corner(k, at)));
+    let all: Vec<Vector3<f64>> = arms.iter().flatten().copied().collect();
+    let inertia = Matrix3::new(3.0, 0.2, -0.1, 0.2, 2.5, 0.3, -0.1, 0.3, 2.0);
+    let whole = MassProperties::with_inertia(7.0, &inertia, Vector3::zeros());
+    assert!((whole.inertia - inertia).amax() < 1e-14, "{}", whole.inertia);
+    let body = CornerMoments::new(&all);
+    let parts = arms.map(|arms| whole.clone().with_corners(arms, body));
+
+    let turn = UnitQuaternion::from_euler_angles(0.3, -1.0, 2.0);
+    let wrench = SpatialVector {
+        linear: Vector3::new(1.0, -2.0, 0.5),
+        angular: Vector3::new(0.2, 3.0, -1.0),
+    };
+    let mut sum = SpatialVector::default();
+    let pose = Pose { shift: Vector3::new(0.1, 2.0, -0.3), turn, ..Pose::default() };
+    let spin = Vector3::new(-0.4, 0.7, 1.1);
+    for part in &parts {
+        let SpatialVector { linear, angular } = part.corner_forces(&turn, wrench);
+        for corner in 0..8 {
+            let arm = turn * part.arm(corner);
+            let f = linear + angular.cross(&arm);
+            sum.linear += f;
+            sum.angular += arm.cross(&f);
+        }
+        let u = std::array::from_fn(|corner| pose.displacement(&part.arm(corner)));
+        let fitted = Pose::default().from_corners(part, &u);
+        assert!((fitted.shift - pose.shift).amax() < 1e-14);
+        assert!(fitted.turn.angle_to(&turn) < 1e-7);
+        let v =
+            std::array::from_fn(|corner| wrench.linear + spin.cross(&(turn * part.arm(corner))));
+        let moving = pose.with_corner_velocities(part, &v);
+        assert!((moving.velocity - wrench.linear).amax() < 1e-14);
+        assert!((moving.momentum - whole.momentum(&turn, spin)).amax() < 1e-13);
+    }
+    assert!((sum.linear - wrench.linear).norm() < 1e-14);
+    assert!((sum.angular - wrench.angular).norm() < 1e-13);
+}

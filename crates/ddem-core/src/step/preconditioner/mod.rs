@@ -16,6 +16,7 @@ use std::collections::HashMap;
 
 use fearless_simd::{Select, Simd};
 use fearless_simd_macros::simd;
+use nalgebra::Matrix6;
 use rayon::prelude::*;
 
 use crate::error::RunError;
@@ -24,7 +25,7 @@ use crate::state::RelaxationProgress;
 use ddem_joint::contact::{ContactModel, bounds_at_nodes};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes, Vector, load_at, splat, store_at, zero};
-use ddem_mechanics::rigid::Pose;
+use ddem_mechanics::rigid::{Pose, SpatialVector};
 use ddem_mesh::assembly::Element;
 use ddem_mesh::pack::{Neighbours, Packs};
 
@@ -107,6 +108,10 @@ pub(crate) struct Preconditioner {
     pub(super) of_pack: Vec<u32>,
     /// Inverse masses of rigid blocks, by rigid pack.
     rigid: Vec<rigid::Inverses>,
+    /// Inverse masses of the rigid bodies of several blocks.
+    bodies: Vec<Matrix6<f64>>,
+    /// Motions of these bodies; [`respond`](Self::respond) computes them.
+    body_motions: Vec<SpatialVector>,
     pub(crate) contact_masses: ContactMasses,
     /// Blocks around those of each pack, by an index with one base-3 digit per direction (0: the
     /// same cell, 1: the one above, 2: the one below).
@@ -151,8 +156,9 @@ impl Preconditioner {
                 preconditioner.take(masses, &mut known);
             }
         }
+        preconditioner.bodies = rigid::inverses_of_bodies(around);
         // Parts of cells have corners inside the cells, where several tied nodes are one point.
-        let smooth = contact_masses.joined && model.ties.is_empty();
+        let smooth = contact_masses.joined && !model.has_cells();
         preconditioner.smooth = smooth.then(|| SmoothMotions::new(model, held)).flatten();
         Ok(preconditioner)
     }
@@ -186,7 +192,8 @@ impl Preconditioner {
         for row in self.classes.iter_mut().flat_map(|class| &mut class.rows) {
             row.0.iter_mut().for_each(|x| *x *= factor);
         }
-        self.rigid.iter_mut().flatten().for_each(|inverse| *inverse *= factor);
+        let bodies = self.bodies.iter_mut();
+        self.rigid.iter_mut().flatten().chain(bodies).for_each(|inverse| *inverse *= factor);
         self.smooth.iter_mut().for_each(|smooth| smooth.scale(factor));
     }
 
@@ -233,7 +240,7 @@ impl Preconditioner {
 /// tied nodes together. A matrix `k A w wᵀ` of a point with weights w, whose sizes sum to 2, is at most
 /// the diagonal matrix of `2 k A w`.
 fn bond_bounds(model: &Model, contact_masses: ContactMasses) -> Vec<f64> {
-    let Some(contact) = model.contact.as_ref().filter(|_| !model.ties.is_empty()) else {
+    let Some(contact) = model.contact.as_ref().filter(|_| model.has_cells()) else {
         return Vec::new();
     };
     let mut bounds = vec![0.0; model.n_nodes()];
@@ -242,7 +249,7 @@ fn bond_bounds(model: &Model, contact_masses: ContactMasses) -> Vec<f64> {
     for (node, [stiffness, _]) in bonds {
         bounds[node] += 2.0 * stiffness;
     }
-    for group in model.geometry.tied() {
+    for group in model.geometry.tied_deformable() {
         let sum: f64 = group.iter().map(|&node| bounds[node as usize]).sum();
         group.iter().for_each(|&node| bounds[node as usize] = sum);
     }
@@ -319,7 +326,8 @@ pub(super) fn accelerations<S: Simd>(
     let pack = &packs.packs[index];
     if pack.rigid {
         let inverses = &preconditioner.rigid[pack.rigid_start];
-        rigid::accelerations(model, poses, inverses, index, f, out);
+        let of_bodies = &preconditioner.body_motions;
+        rigid::accelerations(model, poses, inverses, of_bodies, index, f, out);
         return;
     }
     if preconditioner.frames.is_empty() {

@@ -1,16 +1,22 @@
-//! Fictitious masses of rigid blocks: the stiffness of all joints of a block against its six
-//! motions.
+//! Fictitious masses of rigid blocks: the stiffness of all joints of a block, or of a body of several
+//! blocks, against its six motions.
 
 use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 
+use std::collections::HashMap;
+
+use rayon::prelude::*;
+
 use super::MassContext;
+use crate::force::rigid::RigidBlock;
 use crate::model::Model;
+use crate::step::{Poses, bodies};
 use ddem_joint::contact::ContactSurfaces;
 use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::{Pose, RigidConstraint};
-use ddem_mesh::Vec3;
+use ddem_mechanics::rigid::{MassProperties, Pose, RigidConstraint, SpatialVector};
 use ddem_mesh::pack::Pack;
+use ddem_mesh::{BodyPart, Vec3};
 
 /// Fraction of the trace of the stiffness below which a motion is free.
 const NOTHING: f64 = 1e-10;
@@ -23,22 +29,69 @@ pub(super) fn inverses(around: MassContext<'_>, index: usize) -> Inverses {
     let MassContext { model, held, .. } = around;
     let pack = &model.packs.packs[index];
     std::array::from_fn(|lane| {
-        if lane >= pack.filled {
+        // A part of a body has none of its own.
+        if lane >= pack.filled || model.assembly.bodies.body(pack.rigid_start, lane).is_some() {
             return Matrix6::zeros();
         }
         let block = pack.blocks[lane] as usize;
         let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
-        let first = model.geometry.blocks[block].first_node;
-        let supports = (0..8).flat_map(|corner| {
-            let axes = held.get(&(first + corner)).copied().unwrap_or_default();
-            let arm = mass_properties.arm(corner as usize);
-            (0..3).filter(move |&axis| axes[axis]).map(move |axis| (arm, axis, 0.0))
-        });
-        let constraint = RigidConstraint::new(mass_properties.size(), supports);
-        let free = constraint.map_or_else(Matrix6::identity, |constraint| constraint.free());
+        let supports = supported(held, model.geometry.blocks[block].first_node, mass_properties);
         let stiffness = stiffness(around, block, mass_properties.size());
-        pseudo_inverse(free * stiffness * free, NOTHING * stiffness.trace())
+        inverse(supports, mass_properties.size(), &stiffness)
     })
+}
+
+/// Inverse stiffness `K⁻¹` of the six motions of each body of several blocks.
+pub(super) fn inverses_of_bodies(around: MassContext<'_>) -> Vec<Matrix6<f64>> {
+    let MassContext { model, held, bonds, .. } = around;
+    let bodies = &model.assembly.bodies;
+    let of_body = |body: usize| {
+        let of = |part: &BodyPart| {
+            let mass_properties = part_properties(model, part);
+            (mass_properties, model.geometry.blocks[part.block].first_node)
+        };
+        let parts = bodies.parts(body);
+        let size = part_properties(model, &parts[0]).size();
+        let mut stiffness = Matrix6::zeros();
+        for (mass_properties, first) in parts.iter().map(of) {
+            for corner in 0..8 {
+                let bound = bonds.get(first as usize + corner).copied().unwrap_or(0.0);
+                let turn = mass_properties.arm(corner).cross_matrix() / -size;
+                add_point(&mut stiffness, &(Matrix3::identity() * bound), &turn);
+            }
+        }
+        let supports = parts.iter().map(of).flat_map(|(own, first)| supported(held, first, own));
+        inverse(supports, size, &stiffness)
+    };
+    (0..bodies.len()).into_par_iter().map(of_body).collect()
+}
+
+fn part_properties<'a>(model: &'a Model, part: &BodyPart) -> &'a MassProperties {
+    &model.assembly.rigid[model.packs.packs[part.pack].rigid_start][part.lane]
+}
+
+/// Arms and axes of the held corners of a block.
+fn supported<'a>(
+    held: &'a HashMap<u32, [bool; 3]>,
+    first: u32,
+    mass_properties: &'a MassProperties,
+) -> impl Iterator<Item = (Vec3, usize, f64)> + 'a {
+    (0..8).flat_map(move |corner| {
+        let axes = held.get(&(first + corner)).copied().unwrap_or_default();
+        let arm = mass_properties.arm(corner as usize);
+        (0..3).filter(move |&axis| axes[axis]).map(move |axis| (arm, axis, 0.0))
+    })
+}
+
+/// Inverse of a stiffness against the motions that supports leave free.
+fn inverse(
+    supports: impl Iterator<Item = (Vec3, usize, f64)>,
+    size: f64,
+    stiffness: &Matrix6<f64>,
+) -> Matrix6<f64> {
+    let constraint = RigidConstraint::new(size, supports);
+    let free = constraint.map_or_else(Matrix6::identity, |constraint| constraint.free());
+    pseudo_inverse(free * stiffness * free, NOTHING * stiffness.trace())
 }
 
 /// Stiffness of the joints and contacts of a block, with its neighbours at rest.
@@ -116,12 +169,48 @@ fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
     inverse
 }
 
+/// Motion of a rigid block or body under a wrench, with inverse masses that rotate with it. Returns the
+/// displacement of the centre of mass and the rotation.
+fn moved(
+    inverse: &Matrix6<f64>,
+    turn: &UnitQuaternion<f64>,
+    size: f64,
+    wrench: SpatialVector,
+) -> SpatialVector {
+    let force = turn.inverse() * wrench.linear;
+    let torque = turn.inverse() * wrench.angular / size;
+    let both = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
+    let moved = inverse * both;
+    let shift: Vector3<f64> = moved.fixed_rows::<3>(0).into();
+    let spin: Vector3<f64> = moved.fixed_rows::<3>(3) / size;
+    SpatialVector { linear: shift, angular: spin }
+}
+
+/// Motions `M⁻¹ F` of the bodies of several blocks under the forces `f` on all nodes, in the axes of
+/// the bodies at rest.
+pub(super) fn motions_of_bodies(
+    model: &Model,
+    poses: &[Poses],
+    inverses: &[Matrix6<f64>],
+    f: &[Lanes],
+    out: &mut Vec<SpatialVector>,
+) {
+    let of_body = |body: usize| {
+        let part = model.assembly.bodies.parts(body)[0];
+        let pose = &poses[model.packs.packs[part.pack].rigid_start][part.lane];
+        let size = part_properties(model, &part).size();
+        moved(&inverses[body], &pose.turn, size, bodies::wrench(model, body, poses, f))
+    };
+    (0..inverses.len()).into_par_iter().map(of_body).collect_into_vec(out);
+}
+
 /// Computes `M⁻¹ F` at the corners of the rigid blocks of a pack. The masses rotate with the
-/// blocks.
+/// blocks. `of_bodies` are the motions of the bodies of several blocks.
 pub(super) fn accelerations(
     model: &Model,
-    poses: Option<&[Pose; LANES]>,
+    poses: Option<&Poses>,
     inverses: &Inverses,
+    of_bodies: &[SpatialVector],
     index: usize,
     f: &[Lanes],
     out: &mut [Lanes],
@@ -129,23 +218,21 @@ pub(super) fn accelerations(
     let Pack { start, filled, rigid_start, .. } = model.packs.packs[index];
     // Lanes without a block do not move.
     out.fill(Lanes::ZERO);
+    let rest = Pose::default();
     for lane in 0..filled {
         let mass_properties = &model.assembly.rigid[rigid_start][lane];
-        let turn = poses.map_or_else(UnitQuaternion::identity, |poses| poses[lane].turn);
-        let size = mass_properties.size();
-        let (mut force, mut torque) = (Vec3::zeros(), Vec3::zeros());
+        let pose = poses.map_or(&rest, |poses| &poses[lane]);
+        let member = RigidBlock { mass_properties, pose, lane };
+        let motion = match model.assembly.bodies.body(rigid_start, lane) {
+            Some(body) => of_bodies[body],
+            None => {
+                let wrench = member.resultant(&f[3 * start..]);
+                moved(&inverses[lane], &pose.turn, mass_properties.size(), wrench)
+            }
+        };
         for corner in 0..8 {
-            let on = Vec3::from([0, 1, 2].map(|c| f[3 * (start + corner) + c].0[lane]));
-            force += on;
-            torque += (turn * mass_properties.arm(corner)).cross(&on);
-        }
-        let (force, torque) = (turn.inverse() * force, turn.inverse() * torque / size);
-        let both = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
-        let moved = inverses[lane] * both;
-        let shift: Vector3<f64> = moved.fixed_rows::<3>(0).into();
-        let spin: Vector3<f64> = moved.fixed_rows::<3>(3) / size;
-        for corner in 0..8 {
-            let value = turn * (shift + spin.cross(&mass_properties.arm(corner)));
+            let arm = mass_properties.arm(corner);
+            let value = pose.turn * (motion.linear + motion.angular.cross(&arm));
             (0..3).for_each(|c| out[3 * corner + c].0[lane] = value[c]);
         }
     }

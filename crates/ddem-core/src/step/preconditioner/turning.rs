@@ -110,7 +110,7 @@ fn rotation(frames: &[Frame], blocks: &Neighbours) -> [[Lanes; 3]; 3] {
 /// True if deformable blocks have rotated so far that the stiffness at their nodes has changed.
 pub(crate) fn has_rotated(model: &Model, frames: &[Frame]) -> bool {
     // Tied nodes of blocks with different rotations need one mass.
-    if !model.corotational() || !model.ties.is_empty() {
+    if !model.corotational() || model.has_cells() {
         return false;
     }
     let ratio = |joint: &JointProperties| {

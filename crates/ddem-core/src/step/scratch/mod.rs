@@ -15,6 +15,7 @@ use crate::state::pass::Workspace;
 use crate::state::profile::{Clock, Profiler, SpanStart, Stopwatch};
 use crate::state::view::StageView;
 use crate::step::Context;
+use crate::step::bodies::{self, BodyStep};
 use crate::step::first::FirstPassFields;
 use crate::step::frames::{fit_pack, frame_of};
 use crate::step::sweep::{Slab, slab_count, slabs};
@@ -60,6 +61,8 @@ pub(crate) struct Scratch {
     pub(crate) measured_contacts: Contacts,
     /// Sums of the packs.
     pub(crate) sums: Vec<StepSums>,
+    /// Steps of the rigid bodies of several blocks.
+    bodies: Vec<BodyStep>,
     /// Reactions of the active supports `[N]`.
     pub(crate) reactions: Vec<f64>,
     /// Forces of the boundary dashpots `[N]`.
@@ -100,6 +103,8 @@ pub(super) struct StepFields<'a> {
     pub(super) joints: PackJoints<'a>,
     pub(super) on_neighbours: &'a mut [Lanes],
     pub(super) second: SecondPass<'a>,
+    /// Steps of the rigid bodies of several blocks.
+    pub(super) bodies: &'a [BodyStep],
     /// Runs of packs, one task each.
     pub(super) runs: &'a [Range<usize>],
 }
@@ -142,6 +147,7 @@ impl Scratch {
             measured_joints: BrokenJoints::default(),
             measured_contacts: Contacts::default(),
             sums: vec![StepSums::default(); n],
+            bodies: Vec::new(),
             reactions: Vec::new(),
             dashpot_forces: Vec::new(),
             workspaces: runs.iter().map(|_| TaskWorkspaces::default()).collect(),
@@ -224,6 +230,12 @@ impl Scratch {
             own.copy_from_slice(&all[first..first + own.len()]);
             ties.sum(pack, all, first, own);
         });
+    }
+
+    /// Computes the steps of the rigid bodies of several blocks under complete forces.
+    pub(super) fn step_bodies(&mut self, context: Context<'_>, poses: &[[Pose; LANES]]) {
+        let Self { f, torques, reactions, bodies, .. } = self;
+        bodies::advance(context, poses, f, torques, reactions, bodies);
     }
 
     /// Adds the distances that the blocks have moved with the velocities of the last second pass to
@@ -338,7 +350,7 @@ impl Scratch {
         let losses = &mut self.losses;
         let joints = PackJoints { first: 0, energies: &mut [], broken_joints, losses };
         let (on_neighbours, runs) = (&mut self.neighbour_forces, &self.runs);
-        StepFields { forces, joints, on_neighbours, second, runs }
+        StepFields { forces, joints, on_neighbours, second, bodies: &self.bodies, runs }
     }
 
     /// Borrows the data for the second pass of relaxation; the forces are complete and only read.

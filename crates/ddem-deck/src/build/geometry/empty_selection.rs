@@ -81,7 +81,7 @@ pub(crate) fn no_node(place: String, selector: &Selector, geometry: &Geometry) -
             format!("[{x}, {y}, {z}]")
         };
         help += &if geometry.is_rigid(block) {
-            let centre = show(geometry.centre(block));
+            let centre = show(geometry.centroid(block));
             format!(
                 "; ranges take rigid blocks as a whole, by their centroid: the nearest, block {block}, has \
                  it at {centre} and a corner at {}",
@@ -106,7 +106,7 @@ impl Selector {
             let n = lattice.divisions + 1;
             for local in 0..n * n * n {
                 let x = geometry.position(block, [local % n, local / n % n, local / (n * n)]);
-                let point = if lattice.rigid { geometry.centre(block) } else { x };
+                let point = if lattice.rigid { geometry.centroid(block) } else { x };
                 let far = self.distance(&x, &point);
                 if nearest.is_none_or(|(least, _)| far < least) {
                     nearest = Some((far, (block, x)));

@@ -16,9 +16,9 @@ impl Selector {
     /// beside it.
     pub(crate) fn has_node(&self, geometry: &Geometry, block: usize, at: [usize; 3]) -> bool {
         let x = geometry.position(block, at);
-        // A rigid block is selected as a whole, by its centroid.
+        // A rigid block is selected as a whole, by its centroid or that of its cell.
         let whole = geometry.is_rigid(block);
-        let point = if whole { geometry.centre(block) } else { x };
+        let point = if whole { geometry.centroid(block) } else { x };
         self.has_set(geometry.set(block))
             && self.in_ranges(&point)
             && self.planes.iter().all(|plane| {

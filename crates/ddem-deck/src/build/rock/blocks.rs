@@ -136,14 +136,15 @@ impl RockBlocks<'_> {
         let mut lattices: Vec<Arc<Lattice>> = Vec::new();
         for (cell, &material) in materials.iter().enumerate() {
             self.first.push(lattices.len());
-            let (set, n) = (self.region(cell), self.divisions(cell));
+            let (set, n) = (self.region(cell), self.rock.divisions(cell));
             let parts = &self.parts[cell];
             for (part, [inertia, _]) in parts.iter().zip(self.rock.inertia(cell, parts)) {
                 let shape = self.shape(cell, part, inertia);
                 if distorted(&shape, n) {
                     return Err(vec![twisted(cell, self.region(cell))]);
                 }
-                lattices.push(Arc::new(shape.lattice(set, material, n)));
+                let lattice = shape.lattice(set, material, n);
+                lattices.push(Arc::new(Lattice { rigid: self.rock.is_rigid(cell), ..lattice }));
             }
         }
         let mut geometry = Geometry::new(lattices, self.sets.bounds);
@@ -151,11 +152,6 @@ impl RockBlocks<'_> {
         let joints = self.joints(&geometry)?;
         geometry.join(joints);
         Ok(geometry)
-    }
-
-    /// Elements along each edge of the parts of a cell.
-    pub(super) fn divisions(&self, cell: usize) -> usize {
-        self.rock.region(cell).divisions as usize / 2
     }
 
     fn shape(&self, cell: usize, part: &CellPart, inertia: f64) -> PartShape {

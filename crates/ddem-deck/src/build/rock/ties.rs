@@ -22,7 +22,7 @@ impl RockBlocks<'_> {
         let mut points = self.joined_points();
         let mut nodes: HashMap<Vec<(u32, u64)>, Vec<u32>> = HashMap::new();
         for (cell, parts) in self.parts.iter().enumerate() {
-            let n = self.divisions(cell) as u64;
+            let n = self.rock.divisions(cell) as u64;
             for (number, part) in parts.iter().enumerate() {
                 let block = self.first[cell] + number;
                 let topology = geometry.topology(block);

@@ -21,8 +21,10 @@ use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 use rayon::prelude::*;
 
+use super::rigid;
 use super::{InverseMassRows, Preconditioner};
 use crate::model::Model;
+use crate::step::Poses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::Vec3;
@@ -154,8 +156,10 @@ impl Preconditioner {
         self.smooth.iter_mut().for_each(SmoothMotions::turn);
     }
 
-    /// Computes the smooth motions under the forces `f` on all nodes; `accelerations` adds them.
-    pub(crate) fn respond(&mut self, model: &Model, f: &[Lanes], level: Level) {
+    /// Computes the motions of bodies and the smooth motions under the forces `f` on all nodes, which
+    /// `accelerations` uses.
+    pub(crate) fn respond(&mut self, model: &Model, poses: &[Poses], f: &[Lanes], level: Level) {
+        rigid::motions_of_bodies(model, poses, &self.bodies, f, &mut self.body_motions);
         let Self { smooth: Some(smooth), classes, of_pack, .. } = self else { return };
         let packs = &model.packs;
         each_pack(packs, [], &mut smooth.forces, |index, [], forces| {

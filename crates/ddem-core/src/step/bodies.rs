@@ -1,0 +1,143 @@
+//! Rigid bodies of several blocks in the second pass (§8): the wrench on a body is the sum of those on
+//! its parts, in their order, and all parts take one step.
+
+use rayon::prelude::*;
+
+use super::rigid::{Poses, RigidStep, halfway, reaction, rigid_step};
+use super::{Context, PackContext};
+use crate::force::rigid::{RigidBlock, at};
+use crate::force::support::Supports;
+use crate::model::Model;
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::rigid::{Pose, RigidConstraint, SpatialVector};
+use ddem_mesh::BodyPart;
+use ddem_mesh::parallel::node_start;
+
+/// Bodies that one task computes.
+const TOGETHER: usize = 64;
+
+/// Wrench on a body with the reactions of its supports, and its step.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct BodyStep {
+    pub(super) wrench: SpatialVector,
+    pub(super) step: RigidStep,
+    /// Constraint and wrench of its supports, if it has any.
+    supports: Option<Box<(RigidConstraint, SpatialVector)>>,
+}
+
+/// Part of a body as a block of its pack.
+fn member<'a>(model: &'a Model, poses: &'a [Poses], part: &BodyPart) -> RigidBlock<'a> {
+    let (rigid, lane) = (model.packs.packs[part.pack].rigid_start, part.lane);
+    let mass_properties = &model.assembly.rigid[rigid][lane];
+    RigidBlock { mass_properties, pose: &poses[rigid][lane], lane }
+}
+
+/// Wrench of the forces `f` on the corners of all parts of a body.
+pub(super) fn wrench(model: &Model, body: usize, poses: &[Poses], f: &[Lanes]) -> SpatialVector {
+    let mut sum = SpatialVector::default();
+    for part in model.assembly.bodies.parts(body) {
+        let own = member(model, poses, part).resultant(&f[node_start(&model.packs, part.pack)..]);
+        sum.linear += own.linear;
+        sum.angular += own.angular;
+    }
+    sum
+}
+
+/// Constraint of a body by the supports of all its parts; `None` without supports.
+fn constraint(context: Context<'_>, body: usize, poses: &[Poses]) -> Option<RigidConstraint> {
+    let model = context.model;
+    let parts = model.assembly.bodies.parts(body);
+    let first = member(model, poses, &parts[0]);
+    let pose = halfway(context.motion, &first);
+    let supported = parts.iter().flat_map(|part| {
+        let Supports { list, velocities, first } = PackContext::new(context, part.pack).supports;
+        let own = RigidBlock { pose: &pose, ..member(model, poses, part) };
+        own.supported(list, velocities, first)
+    });
+    RigidConstraint::new(first.mass_properties.size(), supported)
+}
+
+/// Step of a body under complete forces `f` on all nodes, those of supports included.
+pub(super) fn step_under(
+    context: Context<'_>,
+    body: usize,
+    poses: &[Poses],
+    f: &[Lanes],
+) -> RigidStep {
+    let first = member(context.model, poses, &context.model.assembly.bodies.parts(body)[0]);
+    let constraint = constraint(context, body, poses);
+    let wrench = wrench(context.model, body, poses, f);
+    rigid_step(context.motion, &first, wrench, constraint.as_ref())
+}
+
+/// Computes the steps of all bodies under the forces `f` on all nodes and the `torques` on the packs,
+/// and the reactions of their supports.
+pub(super) fn advance(
+    context: Context<'_>,
+    poses: &[Poses],
+    f: &[Lanes],
+    torques: &[[Lanes; 3]],
+    reactions: &mut [f64],
+    steps: &mut Vec<BodyStep>,
+) {
+    let model = context.model;
+    let bodies = &model.assembly.bodies;
+    let of_body = |body: usize| {
+        let parts = bodies.parts(body);
+        let mut wrench = wrench(model, body, poses, f);
+        for part in parts {
+            wrench.angular += at(&torques[part.pack], 0, part.lane);
+        }
+        let first = member(model, poses, &parts[0]);
+        let constraint = constraint(context, body, poses);
+        let supports = constraint.map(|constraint| {
+            let answer = reaction(context.motion, &first, &constraint, &wrench);
+            wrench.linear += answer.linear;
+            wrench.angular += answer.angular;
+            Box::new((constraint, answer))
+        });
+        let held = supports.as_deref().map(|(constraint, _)| constraint);
+        BodyStep { wrench, step: rigid_step(context.motion, &first, wrench, held), supports }
+    };
+    let all = (0..bodies.len()).into_par_iter().with_min_len(TOGETHER);
+    all.map(of_body).collect_into_vec(steps);
+    for (body, step) in steps.iter().enumerate() {
+        let Some((constraint, answer)) = step.supports.as_deref() else { continue };
+        for part in bodies.parts(body) {
+            let Supports { list, first, .. } = PackContext::new(context, part.pack).supports;
+            let own = &mut reactions[context.view.conditions.supports_of(part.pack)];
+            member(model, poses, part).set_reactions(constraint, *answer, list, first, own);
+        }
+    }
+}
+
+/// Sets the displacement increments of the corners of all bodies `[m]`. The velocities of the supports
+/// are the increments of the supports.
+pub(super) fn held_increments(context: Context<'_>, poses: &[Poses], increments: &mut [Lanes]) {
+    let model = context.model;
+    for body in 0..model.assembly.bodies.len() {
+        let Some(constraint) = constraint(context, body, poses) else { continue };
+        for part in model.assembly.bodies.parts(body) {
+            let own = &mut increments[node_start(&model.packs, part.pack)..];
+            member(model, poses, part).set_twist(constraint.target(), own);
+        }
+    }
+}
+
+/// Poses of all bodies moved as near as possible to the displacement increments `v` of the corners of
+/// all their parts.
+pub(super) fn followed(model: &Model, poses: &[Poses], v: &[Lanes]) -> Vec<Pose> {
+    let bodies = &model.assembly.bodies;
+    let of_body = |body: usize| {
+        let parts = bodies.parts(body);
+        let first = member(model, poses, &parts[0]);
+        let corners = parts.iter().flat_map(|part| {
+            let own = member(model, poses, part);
+            let v = &v[node_start(&model.packs, part.pack)..];
+            (0..8).map(move |corner| (own.mass_properties.arm(corner), at(v, corner, own.lane)))
+        });
+        let moving = first.pose.with_velocities_of_parts(first.mass_properties, corners);
+        moving.moved(first.mass_properties, 1.0).0.resting()
+    };
+    (0..bodies.len()).into_par_iter().with_min_len(TOGETHER).map(of_body).collect()
+}
