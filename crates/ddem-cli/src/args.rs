@@ -17,9 +17,6 @@ use crate::template::NewArguments;
 /// more would only waste time.
 const MOST_THREADS: usize = 1024;
 
-/// Default wall time between checkpoints, as `--checkpoint-every` has it.
-const CHECKPOINT_EVERY: Duration = Duration::from_secs(60);
-
 /// Three-dimensional deformable block discrete element method for jointed rock.
 #[derive(Debug, Parser)]
 #[command(
@@ -178,9 +175,9 @@ pub(crate) struct RunArguments {
     /// Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
     #[arg(long, conflicts_with = "resume")]
     pub(crate) overwrite: bool,
-    /// Wall time between checkpoints within a stage, which does not change the results
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, default_value = "60")]
-    pub(crate) checkpoint_every: Duration,
+    /// Wall time between checkpoints within a stage, which does not change the results [default: that of the deck]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub(crate) checkpoint_every: Option<Duration>,
     /// Measure the time of each phase of the steps, and print it at the end of each stage
     #[arg(long)]
     pub(crate) profile: bool,
@@ -216,9 +213,8 @@ impl RunArguments {
         if let Some(threads) = self.threads {
             command += &format!(" --threads {threads}");
         }
-        if self.checkpoint_every != CHECKPOINT_EVERY {
-            let seconds = self.checkpoint_every.as_secs_f64();
-            command += &format!(" --checkpoint-every {seconds}");
+        if let Some(every) = self.checkpoint_every {
+            command += &format!(" --checkpoint-every {}", every.as_secs_f64());
         }
         if self.profile {
             command += " --profile";

@@ -35,6 +35,8 @@ pub fn check(deck: &Deck) -> Vec<Fault> {
     let mut faults = Faults::default();
     faults.finite("model.gravity", &deck.model.gravity);
     contact::check(&deck.contact, &mut faults);
+    let every = deck.output.checkpoint_every;
+    faults.optional("output.checkpoint_every", every, Rule::ZeroOrMore);
     matter::check(deck, &mut faults);
     rock::check(deck, &mut faults);
     rock_run::check(deck, &mut faults);

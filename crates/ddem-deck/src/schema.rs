@@ -19,6 +19,7 @@ mod lint;
 mod matter;
 pub mod names;
 mod orientation;
+mod output;
 mod rock;
 mod selection;
 mod size;
@@ -46,6 +47,7 @@ pub use lint::LintTable;
 pub use matter::{Joint, Material};
 pub(crate) use orientation::normal_of;
 pub use orientation::{Orientation, Orientations};
+pub use output::OutputTable;
 pub(crate) use rock::TIED;
 pub use rock::{
     AxisName, BoxShape, PlaneCut, PrismShape, RockCut, RockRegion, SetCut, SetSpacing, SmallBlocks,
@@ -75,6 +77,9 @@ pub struct Deck {
     /// Diagnostics.
     #[serde(skip_serializing_if = "LintTable::is_empty")]
     pub lint: LintTable,
+    /// Results of a run.
+    #[serde(skip_serializing_if = "OutputTable::is_empty")]
+    pub output: OutputTable,
     /// Materials by name.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub materials: BTreeMap<String, Material>,

@@ -48,8 +48,8 @@ pub struct Options {
     pub threads: Option<usize>,
     /// Treatment of earlier results in `out`.
     pub earlier: Earlier,
-    /// Wall time between checkpoints within a stage.
-    pub checkpoint_every: Duration,
+    /// Wall time between checkpoints within a stage; `None` for that of the deck.
+    pub checkpoint_every: Option<Duration>,
     /// Instruction set of the kernels. Results do not depend on it.
     pub simd: Simd,
     /// True to measure the wall time of each phase of the steps. Results do not depend on it.
@@ -63,7 +63,7 @@ impl Options {
             out: out.into(),
             threads: None,
             earlier: Earlier::Keep,
-            checkpoint_every: Duration::from_secs(60),
+            checkpoint_every: None,
             simd: Simd::default(),
             profile: false,
         }

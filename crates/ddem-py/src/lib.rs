@@ -24,6 +24,7 @@ mod view;
 mod worker;
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use ddem_core::{ModelError, Simd};
 use ddem_deck::DeckError;
@@ -104,6 +105,9 @@ fn load(
 /// profile : bool, optional
 ///     Measure the time of each phase of the steps, for ``stages[i]["profile"]`` of
 ///     :attr:`Simulation.summary`.
+/// checkpoint_every : float, optional
+///     Wall time between checkpoints within a stage [s], which does not change the results; default
+///     that of :meth:`Model.output`.
 ///
 /// Returns
 /// -------
@@ -124,7 +128,8 @@ fn load(
 /// KeyboardInterrupt
 ///     A checkpoint was written first; ``resume=True`` continues the run.
 #[pyfunction]
-#[pyo3(signature = (deck, *, out=None, threads=None, resume=false, overwrite=false, quiet=false, profile=false))]
+#[pyo3(signature = (deck, *, out=None, threads=None, resume=false, overwrite=false, quiet=false, profile=false,
+    checkpoint_every=None))]
 fn run_deck(
     deck: &Bound<'_, PyAny>,
     out: Option<PathBuf>,
@@ -133,8 +138,10 @@ fn run_deck(
     overwrite: bool,
     quiet: bool,
     profile: bool,
+    checkpoint_every: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<PySimulation> {
     let py = deck.py();
+    let checkpoint_every = checkpoint_every.map(seconds).transpose()?;
     let earlier = match (resume, overwrite) {
         (true, true) => {
             return Err(PyValueError::new_err("resume and overwrite exclude each other"));
@@ -175,7 +182,19 @@ fn run_deck(
     let (deck, source) = read.map_err(|error| located(&error))?;
     let mut options = Options::new(out.unwrap_or_else(|| Path::new("results").join(name)));
     (options.threads, options.earlier, options.profile) = (pool.threads(), earlier, profile);
+    options.checkpoint_every = checkpoint_every;
     drive::driven(py, (&deck, &source), (&options, pool), &located, quiet)
+}
+
+/// Wall time that an argument gives in seconds.
+fn seconds(given: &Bound<'_, PyAny>) -> PyResult<Duration> {
+    let refused = |error| {
+        let message = "must be a number of seconds, 0 or more";
+        refuse(given.py(), "checkpoint_every", message, error)
+    };
+    let seconds: f64 = given.extract().map_err(refused)?;
+    Duration::try_from_secs_f64(seconds)
+        .map_err(|error| refused(PyValueError::new_err(error.to_string())))
 }
 
 /// The path that was probably meant by a path that does not exist.

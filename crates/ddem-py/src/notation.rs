@@ -111,7 +111,7 @@ fn code(deck: &str) -> String {
             Some("materials") => return "Material(...)".to_owned(),
             Some("joints") => return "Joint(...)".to_owned(),
             Some("model") => return "Model(...)".to_owned(),
-            Some(section @ ("contact" | "lint")) => return format!("Model.{section}"),
+            Some(section @ ("contact" | "lint" | "output")) => return format!("Model.{section}"),
             _ => {}
         }
     }

@@ -72,6 +72,19 @@ impl PyModel {
         self.set(py, "lint", keys)
     }
 
+    /// Sets how :func:`run_deck` writes results. A later call replaces an earlier one.
+    ///
+    #[doc = include_str!("keys/OutputTable.txt")]
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn output(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.set(py, "output", keys)
+    }
+
     /// Assigns another joint or material to a part of the model; later calls take precedence.
     ///
     #[doc = include_str!("keys/Assign.txt")]

@@ -242,7 +242,7 @@ fn unknown(section: &str, given: &Bound<'_, PyAny>, key: &str, error: PyErr) -> 
             let named = Table::from_iter([("it".to_owned(), entry)]);
             (format!("{section}.it"), Value::Table(named))
         }
-        "model" | "contact" | "lint" => (section.to_owned(), entry),
+        "model" | "contact" | "lint" | "output" => (section.to_owned(), entry),
         _ => (format!("{section}[0]"), Value::Array(vec![entry])),
     };
     let read = ddem_deck::from_table(&Table::from_iter([(section.to_owned(), entry)]));

@@ -156,6 +156,25 @@ def test_contact_replaces_earlier_contact() -> None:
     assert "contact" not in model.deck
 
 
+def test_output_sets_the_time_between_checkpoints() -> None:
+    model = column()
+    assert "output" not in model.deck
+    model.output(checkpoint_every=5)
+    assert model.deck["output"] == {"checkpoint_every": 5.0}
+    assert "[output]\ncheckpoint_every = 5.0\n" in model.to_deck()
+    model.output()
+    assert "output" not in model.deck
+    model.output(checkpoint_every=-1)
+    with pytest.raises(ddem.ModelError, match="0 or more"):
+        model.to_deck()
+
+
+@pytest.mark.parametrize("every", [-1.0, float("nan"), "often"])
+def test_time_between_checkpoints_is_a_number(every: Any) -> None:
+    with pytest.raises(ddem.ModelError, match="checkpoint_every.*number of seconds"):
+        ddem.run_deck(column(), checkpoint_every=every)
+
+
 def test_deck_is_a_copy() -> None:
     model = column()
     deck = model.deck

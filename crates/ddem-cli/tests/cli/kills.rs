@@ -202,3 +202,29 @@ fn signal_to_end_saves_like_an_interrupt() {
     assert_eq!(child.wait().unwrap().code(), Some(130));
     assert!(desk.path("a/checkpoint.h5").exists());
 }
+
+/// With an interval of 0 a checkpoint follows each of the 20 steps, the last of which ends the stage; the option of the
+/// command line takes precedence.
+#[test]
+fn deck_sets_the_time_between_checkpoints() {
+    let steps = "
+[output]
+checkpoint_every = 0
+[[stage]]
+name = 'shake'
+kind = 'dynamic'
+duration = 2e-5
+time_step = 1e-6
+frames = 1
+";
+    let desk = Desk::with(&[steps]);
+    for (option, checkpoints) in
+        [("", 20), (" --checkpoint-every 1e9", 1), (" --checkpoint-every 0", 20)]
+    {
+        let outcome = desk.run(&format!("column.toml --out a --overwrite --quiet --json{option}"));
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+        let events =
+            outcome.stdout.lines().filter(|line| line.contains("\"event\":\"checkpoint\""));
+        assert_eq!(events.count(), checkpoints, "{option}");
+    }
+}

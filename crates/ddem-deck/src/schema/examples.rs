@@ -6,6 +6,7 @@ const VALUES: &[(&str, &str)] = &[
     ("blocks.axes", "[[1, 0, 0], [0, 1, 0], [0, 0, 1]]"),
     ("bracket", "[0.5, 4.0]"),
     ("centre", "[0.0, 0.0, 0.0]"),
+    ("checkpoint_every", "60"),
     ("cohesion", "1e6"),
     ("contact.damping", "0.2"),
     ("count", "[4, 1, 1]"),

@@ -241,6 +241,7 @@ fn places() -> Vec<(&'static str, &'static str, &'static str, Value)> {
         ("ModelTable", "element", "model", json!("standard")),
         ("ModelTable", "peaks", "model", json!(true)),
         ("ContactTable", "damping", "contact", json!(0.3)),
+        ("OutputTable", "checkpoint_every", "output", json!(5)),
         ("Joint", "cohesion", "joints.seam", json!(1.0)),
         ("Joint", "tension", "joints.seam", json!(1.0)),
         ("Joint", "dilation", "joints.seam", json!(1.0)),

@@ -312,6 +312,7 @@ fn python_docstrings_match_schema() {
         "RockCut",
         "ContactTable",
         "LintTable",
+        "OutputTable",
         "Assign",
         "Remove",
         "Refine",

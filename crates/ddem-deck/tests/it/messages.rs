@@ -80,6 +80,8 @@ changes! {
         ("", "[lint]\nallow = ['all']\n"),
         ("", "[lint]\nallow = ['mechanism']\n"),
         ("", "[lint]\nallow = ['far-prob']\n"),
+        ("", "[output]\ncheckpoint_every = -1\n"),
+        ("", "[output]\ncheckpoints = 5\n"),
         ("", "[[stage]]\nname = 'a'\nkind = 'static'\n"),
         ("", "[[probe]]\nname = 'p'\nat = [1, 1, 1]\nquantity = 'temperature'\n"),
         ("where = { z = 0.0 }", "where = 'z = 0'"),

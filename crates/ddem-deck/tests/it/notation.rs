@@ -159,7 +159,7 @@ fn messages_can_be_converted() {
 /// True if something in a text is in the notation of decks and stays so.
 fn is_left(text: &str) -> bool {
     let script = python::text(text);
-    let headers = ["[contact]", "[model]", "[lint]", "[joints.", "[materials."];
+    let headers = ["[contact]", "[model]", "[lint]", "[output]", "[joints.", "[materials."];
     let left = has_header(&script) || headers.iter().any(|header| script.contains(header));
     let deck = |code: &str| ["from", "true", "false"].contains(&code) || code.contains(" = ");
     let codes = script.split('`').skip(1).step_by(2).any(deck);

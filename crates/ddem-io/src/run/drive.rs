@@ -139,6 +139,8 @@ impl<'a> Drive<'a> {
     /// Runs one stage from its start or from a checkpoint.
     fn stage(&mut self, stage: &Stage, stages: &[Stage]) -> Result<Ended, RunFailure> {
         let Self { observer, folder, session: Session { moved, text, .. }, options } = self;
+        let every = moved.site.deck().output.checkpoint_interval();
+        let every = options.checkpoint_every.unwrap_or(every);
         moved.timer.enter();
         let mut start = None;
         if moved.cursor.step.is_none() {
@@ -161,7 +163,7 @@ impl<'a> Drive<'a> {
             running => running?,
         };
         loop {
-            let halt = running.run(options.checkpoint_every)?;
+            let halt = running.run(every)?;
             if halt == Halt::End {
                 break;
             }

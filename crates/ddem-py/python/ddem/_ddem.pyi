@@ -193,6 +193,13 @@ class Model:
         allow: Sequence[str] = ...,
         # end
     ) -> None: ...
+    def output(
+        self,
+        *,
+        # keys: OutputTable
+        checkpoint_every: float | None = None,
+        # end
+    ) -> None: ...
     def assign(
         self,
         *,
@@ -463,6 +470,7 @@ def run_deck(
     overwrite: bool = False,
     quiet: bool = False,
     profile: bool = False,
+    checkpoint_every: float | None = None,
 ) -> Simulation: ...
 def _near(path: Path) -> FoundPath | None: ...
 def schema() -> dict[str, Any]: ...
