@@ -1,13 +1,16 @@
 //! `checkpoint.h5`: the state of a run, with which it resumes bit for bit.
 //!
 //! ```text
-//! /         attributes format = "ddem checkpoint", version = 8, and the version of ddem
+//! /         attributes format = "ddem checkpoint", version = 9, and the version of ddem
 //! /deck     the text of the deck
 //! /run      progress of the run and its files
 //! /state    the simulation
 //! ```
 //!
-//! Each dataset holds bytes with checksums. The caller defines their meaning.
+//! Each dataset holds bytes, whose meaning the caller defines. After the HDF5 file follows a seal with the checksum of all
+//! of it: HDF5 never reads a damaged file, and readers of HDF5 ignore the seal.
+
+mod seal;
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -15,6 +18,7 @@ use std::path::Path;
 use hdf5::types::FixedAscii;
 use hdf5::{Dataset, File, OpenMode, Result};
 
+use self::seal::Seal;
 use crate::hdf::{origin, scalar_attribute, with_file, word_attribute};
 use crate::output_error::OutputError;
 use crate::replace::replace;
@@ -23,12 +27,12 @@ use crate::replace::replace;
 const FORMAT: &[u8; 15] = b"ddem checkpoint";
 
 /// Version of the format, which grows when older files can no longer be read.
-const VERSION: u64 = 8;
+const VERSION: u64 = 9;
 
 /// Message about a path that is not a file.
 const FOLDER: &str = "it is a folder: give the file, such as checkpoint.h5";
 
-/// Number of bytes that share a checksum.
+/// Number of bytes that are written at once.
 const CHUNK: usize = 1 << 20;
 
 /// Contents of a checkpoint.
@@ -83,7 +87,8 @@ pub fn stream(
     replace(path, |part| {
         with_file(part, OpenMode::Create, "saving", |file| {
             fill(file).map_err(|e| OutputError::hdf5(path, "saving", e))
-        })
+        })?;
+        seal::add(part).map_err(|e| OutputError::io(path, "saving", e))
     })
 }
 
@@ -103,13 +108,22 @@ impl Checkpoint {
             return Err(OutputError::io(path, "loading", error));
         }
         let size = metadata.len();
+        let damaged = |why: &str| {
+            unusable(format!(
+                "the checkpoint is damaged ({why}): use another one, or run from the start"
+            ))
+        };
+        let seal = seal::state(path).map_err(|e| OutputError::io(path, "loading", e))?;
+        if seal == Seal::Wrong {
+            return Err(damaged("its checksum does not match"));
+        }
         with_file(path, OpenMode::Read, "loading", |file| {
             check_format(file, path)?;
-            read(file, size).map_err(|e| {
-                unusable(format!(
-                    "the checkpoint is damaged ({e}): use another one, or run from the start"
-                ))
-            })
+            // Files of other formats or programs have no seal.
+            if seal == Seal::Missing {
+                return Err(damaged("its end is missing"));
+            }
+            read(file, size).map_err(|e| damaged(&e.to_string()))
         })
     }
 }
@@ -178,7 +192,7 @@ impl Write for Parts<'_> {
 type ByteSource<'a> = &'a dyn Fn(&mut dyn Write) -> io::Result<()>;
 
 fn store(file: &File, name: &str, size: usize, bytes: ByteSource<'_>) -> Result<()> {
-    let builder = file.new_dataset::<u8>().chunk(size.clamp(1, CHUNK)).fletcher32();
+    let builder = file.new_dataset::<u8>().chunk(size.clamp(1, CHUNK));
     let dataset = builder.shape(size).create(name)?;
     let mut parts = Parts { dataset: &dataset, part: Vec::new(), at: 0, error: None };
     let written = bytes(&mut parts).and_then(|()| parts.flush());

@@ -97,6 +97,9 @@ pub(crate) struct Storage {
     pub(crate) chunk: usize,
     /// Deflate level; `None` stores the numbers uncompressed, in chunks that never move.
     pub(crate) deflate: Option<u8>,
+    /// True if each chunk has a checksum. A chunk that is written again later must not have one: a kill in the middle of
+    /// that would make its earlier rows unreadable.
+    pub(crate) checksum: bool,
 }
 
 /// Creates an empty dataset that grows along its first axis, of shape `(0)` or `(0, columns)`.
@@ -109,6 +112,9 @@ pub(crate) fn growable<T: H5Type>(
     let mut builder = group.new_dataset::<T>();
     if let Some(level) = storage.deflate {
         builder = builder.shuffle().deflate(level);
+    }
+    if storage.checksum {
+        builder = builder.fletcher32();
     }
     match columns {
         None => builder

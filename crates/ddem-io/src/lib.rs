@@ -8,6 +8,7 @@ pub mod folder;
 mod hdf;
 mod output_error;
 mod replace;
+mod room;
 pub mod run;
 pub mod status;
 pub mod summary;

@@ -95,6 +95,16 @@ fn replaced(path: &Path, name: &str, add: impl FnOnce(&hdf5::File)) {
     file.unlink(name).unwrap();
     add(&file);
     file.close().unwrap();
+    seal(path);
+}
+
+/// Adds the seal that ends a checkpoint.
+fn seal(path: &Path) {
+    let mut bytes = fs::read(path).unwrap();
+    let checksum = crc32fast::hash(&bytes);
+    bytes.extend(b"ddem crc-32:");
+    bytes.extend(checksum.to_le_bytes());
+    fs::write(path, bytes).unwrap();
 }
 
 #[test]
@@ -127,6 +137,12 @@ fn checkpoints() {
     });
     found.push(load(&path));
     fs::write(&path, &whole[..100]).unwrap();
+    found.push(load(&path));
+    fs::write(&path, &whole[..whole.len() - 16]).unwrap();
+    found.push(load(&path));
+    let mut flipped = whole.clone();
+    flipped[whole.len() / 2] ^= 1;
+    fs::write(&path, &flipped).unwrap();
     found.push(load(&path));
     // The size of a whole file depends on the version that it names.
     insta::with_settings!({filters => vec![(r"stored_eof = \d+", "stored_eof = [size]")]}, {

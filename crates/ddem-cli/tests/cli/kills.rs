@@ -8,14 +8,15 @@ use hdf5::{File, Group};
 
 use super::harness::*;
 
-/// Number of kills; the variable `DDEM_KILLS` gives another one.
-const KILLS: u64 = 10;
+/// Runs with three kills each, in the usual tests and in those of `check.sh full`.
+const RUNS: u64 = 4;
+const MANY_RUNS: u64 = 200;
 
-const FILES: [&str; 3] = ["blocks.vtkhdf", "joints.vtkhdf", "contacts.vtkhdf"];
+pub(crate) const FILES: [&str; 3] = ["blocks.vtkhdf", "joints.vtkhdf", "contacts.vtkhdf"];
 const TABLES: [&str; 4] = ["probes.csv", "energy.csv", "fragments.csv", "frames.csv"];
 
 /// Column in contact with many frames, so that a kill often meets a file that is being written.
-fn column(stages: &[&str]) -> Desk {
+pub(crate) fn column(stages: &[&str]) -> Desk {
     let desk = Desk::with(stages);
     let text = String::from_utf8(desk.read("column.toml")).unwrap();
     // Only blocks whose joints can fail have a file of contacts.
@@ -23,7 +24,7 @@ fn column(stages: &[&str]) -> Desk {
     let text = text
         .replace("contact = false", "")
         .replace("material = 'rock'\n[[blocks]]", strength)
-        .replace("frames = 5", "frames = 60");
+        .replace("frames = 5", "frames = 300");
     desk.write("column.toml", &text);
     desk
 }
@@ -38,7 +39,7 @@ fn numbers(group: &Group, all: &mut Vec<(String, Vec<u64>)>) {
 }
 
 /// Contents of the file of a result.
-fn opened(file: &Path) -> Vec<(String, Vec<u64>)> {
+pub(crate) fn opened(file: &Path) -> Vec<(String, Vec<u64>)> {
     let open = File::open(file).unwrap_or_else(|error| panic!("{}: {error}", file.display()));
     let mut all = Vec::new();
     numbers(&open.as_group().unwrap(), &mut all);
@@ -46,7 +47,7 @@ fn opened(file: &Path) -> Vec<(String, Vec<u64>)> {
 }
 
 /// Checks that each file in a folder is complete enough to open.
-fn check(folder: &Path) {
+pub(crate) fn check(folder: &Path) {
     for name in ["checkpoint.h5", "checkpoint-previous.h5"] {
         let file = folder.join(name);
         if file.exists() {
@@ -104,36 +105,48 @@ fn killed(desk: &Desk, arguments: &str, after: Duration) -> bool {
 }
 
 /// Kills by the system itself, which no program can notice. The moments cover the run from the start of the program
-/// to its end; those of every fourth kill lie in the first milliseconds.
-#[test]
-fn killed_runs_resume_with_same_bits() {
-    let kills = std::env::var("DDEM_KILLS").map_or(KILLS, |kills| kills.parse().unwrap());
+/// to its end; in every fourth run those of the first kill lie in the first milliseconds, when files are created.
+fn killed_runs_resume(runs: u64) {
     let desk = column(&[PRESS, &SHAKE.replace("0.01", "0.1")]);
     let start = Instant::now();
     let whole = desk.run("column.toml --out whole --threads 1");
     assert_eq!(whole.status, Some(0), "{}", whole.stderr);
     let length = start.elapsed();
     let line = "column.toml --out cut --threads 1 --quiet --resume --checkpoint-every 0.05";
-    let (mut random, mut ends) = (1_u64, 0);
-    for kill in 0..kills {
-        random =
-            random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let part = (random >> 40) as f64 / (1_u64 << 24) as f64;
-        let span = if kill % 4 == 0 { Duration::from_millis(60) } else { length };
-        let ended = killed(&desk, line, span.mul_f64(part));
-        check(&desk.path("cut"));
-        if ended || kill % 4 == 3 {
-            compare(&desk, line);
-            std::fs::remove_dir_all(desk.path("cut")).unwrap();
-            ends += 1;
+    let (mut random, mut kills) = (1_u64, 0);
+    for run in 0..runs {
+        for kill in 0..3 {
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let part = (random >> 40) as f64 / (1_u64 << 24) as f64;
+            let first = run % 4 == 0 && kill == 0;
+            let span = if first { Duration::from_millis(60) } else { length };
+            let ended = killed(&desk, line, span.mul_f64(part));
+            check(&desk.path("cut"));
+            kills += u64::from(!ended);
         }
+        compare(&desk, line);
+        std::fs::remove_dir_all(desk.path("cut")).unwrap();
     }
-    compare(&desk, line);
-    println!("{kills} kills of a run of {length:?}; {ends} runs were completed and compared");
+    println!(
+        "{runs} runs of {length:?}, {kills} kills before the end of one: all with the same bits"
+    );
+}
+
+#[test]
+fn killed_runs_resume_with_same_bits() {
+    killed_runs_resume(RUNS);
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn many_killed_runs_resume_with_same_bits() {
+    killed_runs_resume(MANY_RUNS);
 }
 
 /// Completes the run and compares all its results with those of the run that was never killed.
-fn compare(desk: &Desk, line: &str) {
+pub(crate) fn compare(desk: &Desk, line: &str) {
     let outcome = desk.run(line);
     assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     for name in TABLES {

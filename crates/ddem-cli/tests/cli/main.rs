@@ -4,6 +4,7 @@ mod command_line;
 mod contacts;
 mod cuts;
 mod excavation;
+mod faults;
 mod fragments;
 mod harness;
 mod interfaces;

@@ -349,7 +349,8 @@ fn effect(deck: &Deck) -> String {
     let stages: Vec<String> = deck.stage.iter().map(stage).collect();
     let probe = |probe: &Probe| format!("{:?} {}", probe.quantity, probe.every_steps());
     let probes: Vec<String> = deck.probe.iter().map(probe).collect();
-    format!("{} {problem:?} {stages:?} {probes:?}", deck.title)
+    let every = deck.output.checkpoint_interval();
+    format!("{} {problem:?} {stages:?} {probes:?} {every:?}", deck.title)
 }
 
 /// First place where two effects differ.

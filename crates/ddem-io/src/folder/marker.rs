@@ -1,7 +1,7 @@
 //! Marker file `ddem.json`, which names the deck of the results and holds the lock of the folder.
 
 use std::fs::{File, TryLockError};
-use std::io::{Read, Write};
+use std::io::{ErrorKind, Read, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -50,7 +50,10 @@ fn lock(folder: &Path, marker: &File) -> Result<(), FolderError> {
 pub(super) fn create_marker(folder: &Path) -> Result<File, FolderError> {
     let path = folder.join(MARKER);
     // `create_new` ensures that one of two simultaneous runs finds the file of the other.
-    let file = File::create_new(&path).map_err(|e| not_writable(&path, "creating", e))?;
+    let file = File::create_new(&path).map_err(|e| match e.kind() {
+        ErrorKind::AlreadyExists => FolderError::InUse { folder: folder.to_owned() },
+        _ => not_writable(&path, "creating", e),
+    })?;
     lock(folder, &file)?;
     Ok(file)
 }

@@ -7,7 +7,7 @@ use crate::hdf::{Storage, growable, origin, put, scalar_attribute, word_attribut
 
 /// Storage of scalars per step: small chunks without compression, so that rewriting the last one
 /// never moves it.
-const INDEX: Storage = Storage { chunk: 128, deflate: None };
+const INDEX: Storage = Storage { chunk: 128, deflate: None, checksum: false };
 
 /// Deflate level. The fields that are compressed mostly repeat one value, for which the lowest level
 /// is enough.
@@ -15,7 +15,7 @@ const DEFLATE: u8 = 1;
 
 /// Storage of points whose number changes. Steps share chunks, so chunks are not compressed and
 /// stay where they are.
-const CLOUD: Storage = Storage { chunk: 4096, deflate: None };
+pub(super) const CLOUD: Storage = Storage { chunk: 4096, deflate: None, checksum: false };
 
 /// Sizes of the mesh of a step.
 pub(super) const COUNTS: [&str; 3] = ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"];
@@ -120,7 +120,8 @@ pub(super) fn put_mesh(root: &Group, grid: &Grid, part: usize, row: usize) -> Re
 }
 
 fn storage(rows: usize) -> Storage {
-    Storage { chunk: chunk(rows), deflate: Some(DEFLATE) }
+    let chunk = chunk(rows);
+    Storage { chunk, deflate: Some(DEFLATE), checksum: rows.is_multiple_of(chunk) }
 }
 
 /// Number of rows of one chunk, for arrays that grow by `rows` in each step.

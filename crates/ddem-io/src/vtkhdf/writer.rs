@@ -6,11 +6,17 @@ use std::path::{Path, PathBuf};
 use ddem_core::counted;
 use hdf5::{File, Group, OpenMode};
 
-use super::create::{self, COUNTS, STEP_CONSTANTS, put_mesh};
+use super::create::{self, CLOUD, COUNTS, STEP_CONSTANTS, put_mesh};
 use super::data::{self, Cells, Constant, FieldSpec, Grid, Location, NumberType};
 use crate::hdf::{cut, mend_length, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
+use crate::room;
+
+/// Numbers of a point of a cloud: its place, connectivity, offset and type.
+const POINT_NUMBERS: usize = 6;
+/// Bytes that a step takes at most for the index of each array.
+const INDEX_BYTES: usize = 32 * 1024;
 
 /// Writer of one VTKHDF file, step by step.
 ///
@@ -150,6 +156,8 @@ impl Writer {
             };
             return Err(OutputError::mismatch(&self.path, message));
         }
+        room::reserve(&self.path, self.room(cloud.as_ref()))
+            .map_err(|e| OutputError::io(&self.path, "writing", e))?;
         replace::unless_busy(&self.path, || {
             with_file(&self.path, OpenMode::ReadWrite, "writing", |file| {
                 self.write(file, time, cloud.as_ref(), fill)
@@ -180,6 +188,23 @@ impl Writer {
     /// The file.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Bytes that one more step takes at most.
+    fn room(&self, cloud: Option<&Grid>) -> u64 {
+        let rows = |location| match self.mesh {
+            MeshRows::Fixed { .. } => self.mesh.first_row(location, 1),
+            MeshRows::Cloud { .. } => cloud.map_or(0, |cloud| cloud.points.len()) + CLOUD.chunk,
+        };
+        let numbers = |field: &FieldSpec| {
+            let rows = rows(field.location);
+            // The last chunk may be in part empty.
+            (rows + create::chunk(rows)) * field.components
+        };
+        let fields: usize = self.fields.iter().map(numbers).sum();
+        let points = if cloud.is_some() { POINT_NUMBERS * rows(Location::Point) } else { 0 };
+        let indices = INDEX_BYTES * (self.fields.len() + COUNTS.len() + STEP_CONSTANTS.len());
+        (size_of::<f64>() * (fields + points) + indices) as u64
     }
 
     fn write(
