@@ -59,6 +59,9 @@ fn builder() -> FileBuilder {
         access
             .libver_bounds(LibraryVersion::Earliest, LibraryVersion::V110)
             .fclose_degree(FileCloseDegree::Strong)
+            // Room in advance would end the file later than its data, see `room`.
+            .meta_block_size(0)
+            .small_data_block_size(0)
     });
     builder
 }
@@ -70,22 +73,32 @@ const END: Range<usize> = 40..48;
 
 /// Makes all bytes of a file part of it, as `h5clear --filesize` does.
 ///
-/// HDF5 writes its index before the length of the file. A process that is killed between them leaves an index of data
-/// beyond that length, which can then neither be read nor removed. A file that is too short stays so: it is damaged.
+/// HDF5 writes its index before the length of the file. A process that is killed between them would leave an index of data
+/// beyond that length, which could then neither be read nor removed. A file that is too short stays so: it is damaged.
 pub(crate) fn mend_length(path: &Path) -> std::io::Result<()> {
+    let length = fs::metadata(path)?.len();
+    change_end(path, |end| end.max(length))
+}
+
+/// Makes the bytes before `end` all of a file.
+pub(crate) fn set_end(path: &Path, end: u64) -> std::io::Result<()> {
+    change_end(path, |_| end)
+}
+
+fn change_end(path: &Path, change: impl FnOnce(u64) -> u64) -> std::io::Result<()> {
     let mut file = fs::File::options().read(true).write(true).open(path)?;
-    let length = file.metadata()?.len();
     let mut head = [0; END.end];
-    if length < END.end as u64 {
+    if file.metadata()?.len() < END.end as u64 {
         return Ok(());
     }
     file.read_exact(&mut head)?;
     let (at, bytes) = ADDRESS_BYTES;
     let known = head.starts_with(SIGNATURE) && head[at] == bytes;
     let end = head[END].iter().rev().fold(0, |end, &byte| end << 8 | u64::from(byte));
-    if known && end < length {
+    let next = change(end);
+    if known && end != next {
         file.seek(SeekFrom::Start(END.start as u64))?;
-        file.write_all(&length.to_le_bytes())?;
+        file.write_all(&next.to_le_bytes())?;
     }
     Ok(())
 }

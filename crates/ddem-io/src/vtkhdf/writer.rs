@@ -11,7 +11,7 @@ use super::data::{self, Cells, Constant, FieldSpec, Grid, Location, NumberType};
 use crate::hdf::{cut, mend_length, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
-use crate::room;
+use crate::room::with_room;
 
 /// Numbers of a point of a cloud: its place, connectivity, offset and type.
 const POINT_NUMBERS: usize = 6;
@@ -156,14 +156,10 @@ impl Writer {
             };
             return Err(OutputError::mismatch(&self.path, message));
         }
-        room::reserve(&self.path, self.room(cloud.as_ref()))
-            .map_err(|e| OutputError::io(&self.path, "writing", e))?;
-        replace::unless_busy(&self.path, || {
-            with_file(&self.path, OpenMode::ReadWrite, "writing", |file| {
-                self.write(file, time, cloud.as_ref(), fill)
-                    .map_err(|e| OutputError::hdf5(&self.path, "writing", e))
-            })
-        })?;
+        let write = |file: &File| self.write(file, time, cloud.as_ref(), fill);
+        let count = |file: &File| set_steps(&file.group("VTKHDF/Steps")?, self.steps + 1);
+        let room = self.room(cloud.as_ref());
+        replace::unless_busy(&self.path, || with_room(&self.path, room, &write, &count))?;
         self.steps += 1;
         if let (MeshRows::Cloud { rows }, Some(cloud)) = (&mut self.mesh, cloud) {
             *rows += cloud.points.len();
@@ -237,10 +233,7 @@ impl Writer {
             };
             put(&steps, name, n, value)?;
         }
-        put(&steps, "Values", n, time)?;
-        // A step counts only once it is complete in the file.
-        file.flush()?;
-        set_steps(&steps, n + 1)
+        put(&steps, "Values", n, time)
     }
 }
 
