@@ -23,6 +23,7 @@ ddem_core::codes! {
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, JsonSchema)]
     #[serde(rename_all = "kebab-case")]
     Code:
+    AddedInertia "added-inertia" "Thin cells and sharp corners of a region have more inertia than 1 % of its mass."
     BlastAtRest "blast-at-rest" "A charge without `from` detonates in a relax stage before the first dynamic stage."
     BlocksInCavity "blocks-in-cavity" "Blocks of another set stand inside the cavity of a charge."
     CavityChanged "cavity-changed" "The volume of a cavity changed by more than 10 % before its charge detonated."

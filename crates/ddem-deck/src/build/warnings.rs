@@ -13,6 +13,8 @@ use crate::schema::{Deck, StageKind, Where};
 
 /// Pressure above which no gas is stored: such a charge is a blast `[Pa]`.
 const BLAST: f64 = 1e8;
+/// Inertia that is added to a region, relative to its mass, above which a warning is issued.
+const MUCH_INERTIA: f64 = 0.01;
 
 impl BuiltDeck {
     /// Diagnostics of a model of this deck, without those that the deck allows.
@@ -24,6 +26,7 @@ impl BuiltDeck {
         }
         warnings.extend(self.loads_at_rest(model));
         warnings.extend(self.empty_sets());
+        warnings.extend(self.added_inertia(model));
         warnings.extend(gaps(&self.deck, model.geometry()));
         warnings.extend(super::default_friction::warnings(&self.deck, model.geometry()));
         warnings.extend(self.unbalanced_stress(model));
@@ -50,6 +53,33 @@ impl BuiltDeck {
             loads.map(|load| load_at_rest(load, &stage.name))
         });
         loads.collect()
+    }
+
+    /// Warnings about regions whose parts have much more inertia than mass.
+    fn added_inertia(&self, model: &Model) -> Vec<Diagnostic> {
+        let mut sums = vec![[0.0; 2]; self.deck.set_names().len()];
+        for block in 0..model.n_blocks() {
+            let Some(part) = model.geometry().part(block) else { continue };
+            let volume = model.volume(block);
+            let [added, whole] = &mut sums[model.geometry().set(block)];
+            *added += (part.inertia - 1.0) * volume;
+            *whole += volume;
+        }
+        let much = |(region, [added, whole]): (usize, [f64; 2])| {
+            let share = added / whole;
+            (share > MUCH_INERTIA).then(|| {
+                let message = format!(
+                    "thin cells and sharp corners have more inertia than mass: {:.1} % of the mass of \
+                     the region is added",
+                    100.0 * share
+                );
+                let help = "motions there are slower, rest is the same: `ddem cut` lists the \
+                            cells; a smaller `small.width` adds less, with shorter time steps";
+                let at = format!("region[{region}].small");
+                Diagnostic::warning(Code::AddedInertia, at, message, help)
+            })
+        };
+        sums.into_iter().enumerate().filter_map(much).collect()
     }
 
     fn empty_sets(&self) -> impl Iterator<Item = Diagnostic> {

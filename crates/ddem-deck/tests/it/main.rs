@@ -21,6 +21,7 @@ mod rock_decks;
 mod rock_fractures;
 mod rock_run;
 mod rock_stability;
+mod rock_thin;
 mod rock_voronoi;
 mod run_messages;
 mod selection;
