@@ -55,6 +55,8 @@ say "Python tests"
 .venv/bin/python -m pytest --quiet -p no:cacheprovider crates/ddem-py/tests
 
 if [ "${1:-}" = full ]; then
+    say "fuzzing targets"
+    cargo check --manifest-path fuzz/Cargo.toml --target-dir target/fuzz
     say "large runs"
     # Tests that measure their process run alone.
     cargo test --test contract --locked -- --ignored --nocapture million_nodes_are

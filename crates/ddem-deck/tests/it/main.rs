@@ -9,6 +9,7 @@ mod defaults;
 mod errors;
 mod file_messages;
 mod files;
+mod fuzz;
 mod good_decks;
 mod keys;
 mod lint;

@@ -1,0 +1,54 @@
+//! Files that decks name: topographies, surfaces and tables of fractures.
+
+#![no_main]
+
+use std::sync::LazyLock;
+
+use ddem_deck::BuiltDeck;
+use libfuzzer_sys::fuzz_target;
+use tempfile::TempDir;
+
+static FOLDER: LazyLock<TempDir> = LazyLock::new(|| tempfile::tempdir().expect("a folder"));
+
+const MATTER: &str = "
+[materials.rock]
+density = 2400
+young = 18e9
+poisson = 0.25
+[joints.seam]
+normal_stiffness = 1e10
+shear_stiffness = 1e10
+";
+const REGION: &str = "
+[[region]]
+box = { from = [0, 0, 0], to = [3, 3, 3] }
+material = 'rock'
+[[cut]]
+joint = 'seam'
+";
+const BLOCKS: &str = "
+[[blocks]]
+size = [4, 4, 4]
+count = [2, 2, 2]
+divisions = 1
+material = 'rock'
+joint = 'seam'
+[[remove]]
+where = { above = { topography = 'file' } }
+";
+
+// The first byte chooses the kind of the file.
+fuzz_target!(|data: &[u8]| {
+    let Some((kind, bytes)) = data.split_first() else { return };
+    let rest = match kind % 3 {
+        0 => BLOCKS.to_owned(),
+        1 => format!("{REGION}surface = 'file'\n"),
+        _ => format!("{REGION}dfn = {{ file = 'file' }}\n"),
+    };
+    std::fs::write(FOLDER.path().join("file"), bytes).expect("a file");
+    let path = FOLDER.path().join("deck.toml");
+    std::fs::write(&path, format!("{MATTER}{rest}")).expect("a file");
+    if let Ok((deck, _)) = ddem_deck::read(&path) {
+        let _ = BuiltDeck::new(&deck);
+    }
+});
