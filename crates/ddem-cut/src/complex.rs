@@ -8,7 +8,6 @@ use crate::cell::{CellFace, ConvexCell};
 use crate::fracture::Fracture;
 use crate::measure::{self, CellProperties};
 use crate::plane::{CutPlane, PlaneSource};
-use crate::polyhedron::Polyhedron;
 use crate::random::RandomStream;
 use crate::split;
 use crate::tree::{AxisBox, CellTree};
@@ -76,73 +75,6 @@ struct PointSides {
 }
 
 impl CellComplex {
-    /// Cells of regions, each of which is a list of convex parts. Parts of one region that share a
-    /// face are joined there.
-    #[must_use]
-    pub fn new(regions: &[Vec<Polyhedron>]) -> Self {
-        let all = || regions.iter().flatten().flat_map(|part| part.points.iter());
-        let far = Vector3::repeat(f64::INFINITY);
-        let (low, high) = all().fold((far, -far), |(low, high), x| (low.inf(x), high.sup(x)));
-        let diagonal = if low <= high { (high - low).norm() } else { 0.0 };
-        let mut complex = Self {
-            points: Vec::new(),
-            planes: Vec::new(),
-            cells: Vec::new(),
-            tree: CellTree::default(),
-            tolerance: ON_PLANE * diagonal,
-            n_uncut: 0,
-            fractures: BTreeMap::new(),
-        };
-        let mut known = HashMap::new();
-        let mut sides = HashMap::new();
-        for (region, parts) in regions.iter().enumerate() {
-            for part in parts {
-                complex.add(part, region as u32, &mut known, &mut sides);
-            }
-        }
-        complex
-    }
-
-    /// Adds a part of a region. `known` finds points by their bits, `sides` planes and regions by
-    /// the corners of their faces.
-    fn add(
-        &mut self,
-        part: &Polyhedron,
-        region: u32,
-        known: &mut HashMap<[u64; 3], u32>,
-        sides: &mut HashMap<Vec<u32>, (u32, u32)>,
-    ) {
-        let points = &mut self.points;
-        let mut number = |x: &Vector3<f64>| {
-            // Adding zero turns −0 into 0.
-            let bits = [x.x, x.y, x.z].map(|part| (part + 0.0).to_bits());
-            *known.entry(bits).or_insert_with(|| {
-                points.push(*x);
-                points.len() as u32 - 1
-            })
-        };
-        let numbers: Vec<u32> = part.points.iter().map(&mut number).collect();
-        let mut faces = Vec::with_capacity(part.faces.len());
-        for corners in &part.faces {
-            let corners = corners.iter().map(|&corner| numbers[corner]).collect();
-            let mut face = CellFace { plane: self.planes.len() as u32, corners };
-            match sides.get(&face.sorted_corners()) {
-                Some(&(plane, other)) => {
-                    face.plane = plane;
-                    self.planes[plane as usize].joined = other == region;
-                }
-                None => {
-                    sides.insert(face.sorted_corners(), (face.plane, region));
-                    self.planes.push(measure::plane_of(&face, &self.points));
-                }
-            }
-            faces.push(face);
-        }
-        let cell = ConvexCell { faces, region };
-        self.tree.add_root(self.cells.len() as u32, bounds(&self.points, &cell.faces));
-        self.cells.push(cell);
-    }
-
     /// Points `[m]`.
     #[must_use]
     pub fn points(&self) -> &[Vector3<f64>] {

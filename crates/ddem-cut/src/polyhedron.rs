@@ -60,6 +60,16 @@ pub enum ShapeError {
     /// Faces that point inward.
     #[error("the faces are turned inside out")]
     InsideOut,
+    /// Closed surface whose convex parts do not fill it.
+    #[error(
+        "the surface encloses {volume:.6e} m³, but the cells that its triangles cut have {parts:.6e} m³"
+    )]
+    Undivided {
+        /// Volume within the surface `[m³]`.
+        volume: f64,
+        /// Volume of the cells `[m³]`.
+        parts: f64,
+    },
     /// Corner outside of a face.
     #[error("the shape is not convex: {} lies {off:.3e} m outside of face {face}", shown(corner))]
     NotConvex {
@@ -133,6 +143,13 @@ impl Polyhedron {
         Ok(shape)
     }
 
+    /// Distance within which points of shapes are one, or lie on a plane, by the diagonal of the box around
+    /// them `[m]`.
+    #[must_use]
+    pub fn tolerance(diagonal: f64) -> f64 {
+        SAME * diagonal
+    }
+
     /// True if two polyhedra have more than a layer of thickness `margin` `[m]` in common.
     #[must_use]
     pub fn overlaps(&self, other: &Self, margin: f64) -> bool {
@@ -166,7 +183,16 @@ impl Polyhedron {
         (0..self.faces.len()).map(cone).sum()
     }
 
-    fn check(&self, same: f64) -> Result<(), ShapeError> {
+    /// Checks that the faces are planar, close, point outward, and bound a convex body. Points within
+    /// the distance `same` of a plane lie in it `[m]`.
+    ///
+    /// # Errors
+    ///
+    /// The first fault.
+    pub fn check(&self, same: f64) -> Result<(), ShapeError> {
+        if let Some(face) = self.faces.iter().position(|corners| corners.len() < 3) {
+            return Err(ShapeError::FewCorners(face));
+        }
         self.check_closed()?;
         for (face, (normal, offset)) in self.planes().into_iter().enumerate() {
             if !offset.is_finite() {
@@ -198,7 +224,12 @@ impl Polyhedron {
         Ok(())
     }
 
-    fn check_closed(&self) -> Result<(), ShapeError> {
+    /// Checks that each edge belongs to two faces, in opposite directions.
+    ///
+    /// # Errors
+    ///
+    /// The first edge that does not.
+    pub fn check_closed(&self) -> Result<(), ShapeError> {
         let mut edges: HashMap<(usize, usize), usize> = HashMap::new();
         let sides = |corners: &[usize]| {
             let n = corners.len();

@@ -25,13 +25,21 @@ impl AxisBox {
     fn of(parts: &[(u32, Self)]) -> Self {
         let far = Vector3::repeat(f64::INFINITY);
         let (low, high) = parts.iter().fold((far, -far), |(low, high), (_, part)| {
-            (low.inf(&(part.centre - part.half)), high.sup(&(part.centre + part.half)))
+            (low.inf(&part.low()), high.sup(&part.high()))
         });
         Self { centre: (low + high) / 2.0, half: (high - low) / 2.0 }
     }
 
+    pub(crate) fn low(&self) -> Vector3<f64> {
+        self.centre - self.half
+    }
+
+    pub(crate) fn high(&self) -> Vector3<f64> {
+        self.centre + self.half
+    }
+
     /// True if another box comes nearer than `margin`.
-    fn overlaps(&self, other: &Self, margin: f64) -> bool {
+    pub(crate) fn overlaps(&self, other: &Self, margin: f64) -> bool {
         let apart = (self.centre - other.centre).abs() - self.half - other.half;
         apart.max() <= margin
     }

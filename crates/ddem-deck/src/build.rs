@@ -22,7 +22,7 @@ use ddem_core::{Fault, Model, ModelError, Problem};
 use geometry::{Cut, Names, Selector};
 pub use geometry::{Interface, Selection};
 pub(crate) use rock::parts as rock_parts;
-pub use rock::{BlockMode, BlockVerdict, CutRock, RockPlane};
+pub use rock::{BlockMode, BlockVerdict, CutRock, RockFracture, RockPlane};
 
 use crate::lint::Diagnostic;
 use crate::schema::{Deck, Where};
@@ -87,9 +87,7 @@ impl BuiltDeck {
         let names = Names::new(deck);
         let regions = !deck.region.is_empty();
         let cut = if regions { rock::cut_rock(deck, &names) } else { geometry::cut(deck, &names) };
-        let Cut { geometry, sets, mut selections, joints } = cut?;
-        let (stages, excavated) = geometry::stages((deck, &names), Arc::new(geometry), &sets)?;
-        selections.extend(excavated);
+        let Cut { stages, sets, selections, joints } = cut?;
         let mut problem = Problem {
             properties: properties::properties(deck, joints),
             stages,

@@ -8,6 +8,7 @@ mod fractures;
 mod history;
 mod matter;
 mod rock;
+mod rock_file;
 mod rock_run;
 mod selection;
 mod stages;
@@ -18,6 +19,7 @@ mod units;
 mod voronoi;
 mod warnings;
 
+pub(crate) use rock::remedy;
 pub(crate) use warnings::warnings;
 
 use std::collections::HashSet;
@@ -58,8 +60,8 @@ pub fn check_cuts(deck: &Deck) -> Vec<Fault> {
             ErrorCode::EmptyModel,
             "region",
             "the deck has no regions to cut",
-            "`region` with `box`, `prism` or `faces` makes one; sets of blocks have their joints \
-             already",
+            "`region` with `box`, `prism`, `faces` or `file` makes one; sets of blocks have their \
+             joints already",
         );
     }
     faults.0.into_iter().map(with_example).collect()

@@ -32,7 +32,9 @@ mod near;
 mod reader;
 mod schema;
 
-pub use build::{BlockMode, BlockVerdict, BuiltDeck, CutRock, Interface, RockPlane, Selection};
+pub use build::{
+    BlockMode, BlockVerdict, BuiltDeck, CutRock, Interface, RockFracture, RockPlane, Selection,
+};
 pub use check::{check, check_cuts};
 pub use diagnose::{DeckError, Finding};
 pub use near::near;

@@ -6,8 +6,11 @@ mod de;
 mod files;
 mod fractures;
 pub(crate) mod numbers;
+mod obj;
+mod rock_files;
 mod source;
 pub(crate) mod syntax;
+mod tess;
 
 pub use contents::{file_contents, restore_files};
 pub use files::{join_paths, read_files};

@@ -21,6 +21,7 @@ pub mod names;
 mod orientation;
 mod output;
 mod rock;
+mod rock_file;
 mod selection;
 mod size;
 mod stages;
@@ -53,10 +54,11 @@ pub use rock::{
     AxisName, BoxShape, PlaneCut, PrismShape, RockCut, RockRegion, SetCut, SetSpacing, SmallBlocks,
     SmallKind, SpacingLaw, SpacingTable, TunnelCut, VoronoiCut,
 };
+pub use rock_file::{FileCells, RockFile};
 pub use selection::{Cylinder, Extent, Plane, Sheet, Side, Sphere, Where};
 pub use size::Size;
 pub use stages::{OnFailure, Stage};
-pub(crate) use surface::SurfaceMesh;
+pub(crate) use surface::{SurfaceMesh, welded};
 
 use std::collections::BTreeMap;
 

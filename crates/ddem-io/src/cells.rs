@@ -1,4 +1,4 @@
-//! Files of regions that have been cut: `blocks.csv` and `blocks.vtkhdf`.
+//! Files of regions that have been cut: `blocks.csv`, `fractures.csv` and `blocks.vtkhdf`.
 
 mod table;
 
@@ -14,10 +14,31 @@ use crate::run::RunFailure;
 use crate::vtkhdf::{Cells, Constant, FieldSpec, Grid, Location, Writer};
 
 /// Columns of `blocks.csv`, a row for each cell.
-const COLUMNS: [&str; 17] = [
-    "cell", "volume", "width", "faces", "vertices", "x", "y", "z", "region", "material", "block",
-    "cuts", "mode", "factor", "plunge", "trend", "on",
+const COLUMNS: [&str; 19] = [
+    "cell",
+    "volume",
+    "surface",
+    "free_area",
+    "width",
+    "faces",
+    "vertices",
+    "x",
+    "y",
+    "z",
+    "region",
+    "material",
+    "block",
+    "cuts",
+    "mode",
+    "factor",
+    "plunge",
+    "trend",
+    "on",
 ];
+
+/// Columns of `fractures.csv`, a row for each disc or polygon. A deck reads the file as `dfn.file`.
+const FRACTURES: [&str; 9] =
+    ["fracture", "cut", "x", "y", "z", "dip", "dip_direction", "radius", "area"];
 
 /// Writes the cells of a deck to a folder, and returns the folder.
 ///
@@ -34,6 +55,9 @@ pub fn write(
     let folder = folder::prepare(out, &name, &deck.title, source.text(), earlier)?;
     let verdicts = rock.verdicts();
     rows(rock, &verdicts, &folder.cells())?;
+    if !rock.fractures.is_empty() {
+        fractures(rock, &folder.fractures())?;
+    }
     hexahedra(rock, &verdicts, &folder.blocks())?;
     Ok(folder)
 }
@@ -49,6 +73,8 @@ fn rows(rock: &CutRock, verdicts: &[BlockVerdict], path: &Path) -> Result<(), Ou
         let row = [
             number.to_string(),
             of.volume.to_string(),
+            rock.surface(number).to_string(),
+            verdict.free_area.to_string(),
             of.width.to_string(),
             cell.faces.len().to_string(),
             cell.vertices().len().to_string(),
@@ -65,6 +91,20 @@ fn rows(rock: &CutRock, verdicts: &[BlockVerdict], path: &Path) -> Result<(), Ou
             text(verdict.plunge_trend.map(|[_, trend]| trend)),
             on.join(";"),
         ];
+        writer.write_record(row).map_err(wrong)?;
+    }
+    writer.flush().map_err(|error| OutputError::io(path, "writing", error))
+}
+
+fn fractures(rock: &CutRock, path: &Path) -> Result<(), OutputError> {
+    let wrong = |error| OutputError::csv(path, "writing", error);
+    let mut writer = csv::Writer::from_path(path).map_err(wrong)?;
+    writer.write_record(FRACTURES).map_err(wrong)?;
+    for (number, of) in rock.fractures.iter().enumerate() {
+        let [x, y, z] = of.centre;
+        let numbers = [x, y, z, of.dip, of.dip_direction, of.radius, of.area];
+        let names = [number.to_string(), rock.cut_name(of.cut)];
+        let row = names.into_iter().chain(numbers.map(|number| number.to_string()));
         writer.write_record(row).map_err(wrong)?;
     }
     writer.flush().map_err(|error| OutputError::io(path, "writing", error))

@@ -17,6 +17,7 @@ use ddem_core::ErrorCode;
 const MARKER: &str = "ddem.json";
 const BLOCKS: &str = "blocks.vtkhdf";
 const CELLS: &str = "blocks.csv";
+const FRACTURES: &str = "fractures.csv";
 const JOINTS: &str = "joints.vtkhdf";
 const CONTACTS: &str = "contacts.vtkhdf";
 const PROBES: &str = "probes.csv";
@@ -31,9 +32,9 @@ pub(crate) const CHECKPOINT: &str = "checkpoint.h5";
 const PREVIOUS: &str = "checkpoint-previous.h5";
 /// Names of all results. Checkpoints come first: they are removed before the files that they continue, and moved after
 /// them.
-const RESULTS: [&str; 12] = [
-    CHECKPOINT, PREVIOUS, BLOCKS, CELLS, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS, FRAMES,
-    SUMMARY, STATUS,
+const RESULTS: [&str; 13] = [
+    CHECKPOINT, PREVIOUS, BLOCKS, CELLS, FRACTURES, JOINTS, CONTACTS, PROBES, ENERGY, FRAGMENTS,
+    FRAMES, SUMMARY, STATUS,
 ];
 
 /// Reason why a folder cannot take the results; nothing was written. The message states the fact only: the remedy
@@ -43,8 +44,8 @@ const RESULTS: [&str; 12] = [
 pub enum FolderError {
     /// The results in it come from another deck.
     #[error(
-        "{} holds the results of another deck, {deck} \"{title}\" [{}]",
-        folder.display(), ErrorCode::ResultsFolder
+        "{} holds the results of another deck, {deck}{} [{}]",
+        folder.display(), quoted(title), ErrorCode::ResultsFolder
     )]
     OtherDeck {
         /// The folder.
@@ -202,6 +203,11 @@ impl Folder {
         self.path.join(CELLS)
     }
 
+    /// `fractures.csv`.
+    pub fn fractures(&self) -> PathBuf {
+        self.path.join(FRACTURES)
+    }
+
     /// `joints.vtkhdf`.
     pub fn joints(&self) -> PathBuf {
         self.path.join(JOINTS)
@@ -262,6 +268,11 @@ pub(crate) fn has_checkpoint(folder: &Path) -> bool {
 
 fn not_writable(path: &Path, operation: &'static str, source: std::io::Error) -> FolderError {
     FolderError::NotWritable { source: OutputError::io(path, operation, source) }
+}
+
+/// Title in quotes after a space; empty without a title.
+fn quoted(title: &str) -> String {
+    if title.is_empty() { String::new() } else { format!(" \"{title}\"") }
 }
 
 fn foreign(folder: &Path, file: &str) -> FolderError {

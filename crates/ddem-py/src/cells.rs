@@ -84,9 +84,6 @@ fn cell_array<'py>(
     let text = |of: &dyn Fn(usize) -> String| texts(py, (0..n).map(of).collect());
     let complex = &rock.complex;
     let cell = |cell: usize| &complex.cells()[cell];
-    let surface = |i: usize| -> f64 {
-        cell(i).faces.iter().map(|face| face.area(complex.points()).norm()).sum()
-    };
     let plunge_trend = |i: usize, d: usize| verdicts[i].plunge_trend.map_or(f64::NAN, |at| at[d]);
     let centroids = rock.properties.iter().map(|of| <[f64; 3]>::from(of.centroid)).collect();
     let (region_type, regions) = text(&|i| rock.region_name(cell(i).region as usize))?;
@@ -97,7 +94,8 @@ fn cell_array<'py>(
     let (on_type, on) = text(&|i| names(&verdicts[i].on).join(";"))?;
     let columns = vec![
         ("volume", "f8", number(&|i| rock.properties[i].volume)?),
-        ("surface", "f8", number(&surface)?),
+        ("surface", "f8", number(&|i| rock.surface(i))?),
+        ("free_area", "f8", number(&|i| verdicts[i].free_area)?),
         ("width", "f8", number(&|i| rock.properties[i].width)?),
         ("faces", "i8", count(&|i| cell(i).faces.len())?),
         ("vertices", "i8", count(&|i| cell(i).vertices().len())?),

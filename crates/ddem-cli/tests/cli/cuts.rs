@@ -88,6 +88,57 @@ fn the_blocks_of_the_example_fill_the_slope() {
     assert!(!desk.path("results/cut-cut.2").exists());
 }
 
+/// The list of fractures that a cut writes is one that a cut reads; only decks with fractures have it.
+#[test]
+fn fractures_are_written_as_a_deck_reads_them() {
+    let desk = Desk::new();
+    let network = "[[cut]]\nname = 'cracks'\ndfn = { number = 40, size = 1.5, dip = 70, dip_direction = 30, fisher = 5 }\njoint = 'seam'\n";
+    let (region, fix) = RUN.split_once("[[cut]]").unwrap();
+    assert!(fix.contains("[[fix]]"));
+    desk.write("first.toml", &format!("{region}{network}"));
+    let file = "[[cut]]\nname = 'cracks'\ndfn = { file = 'results/first-cut/fractures.csv' }\njoint = 'seam'\n";
+    desk.write("second.toml", &format!("{region}{file}"));
+    for deck in ["first", "second"] {
+        let outcome = desk.run(&format!("cut {deck}.toml"));
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+    }
+    let table = |name: &str| {
+        String::from_utf8(desk.read(&format!("results/{name}-cut/fractures.csv"))).unwrap()
+    };
+    let (first, second) = (table("first"), table("second"));
+    assert_eq!(first.lines().next(), Some("fracture,cut,x,y,z,dip,dip_direction,radius,area"));
+    assert_eq!(first.lines().count(), 41);
+    for name in ["x", "y", "z", "radius"] {
+        assert_eq!(column(&first, name), column(&second, name));
+    }
+    for name in ["dip", "dip_direction", "area"] {
+        let pairs = column(&first, name).into_iter().zip(column(&second, name));
+        assert!(pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-10), "{name}");
+    }
+    desk.write("whole.toml", region);
+    desk.run("cut whole.toml");
+    assert!(!desk.path("results/whole-cut/fractures.csv").exists());
+}
+
+/// A column of 1 × 2 × 3 m with a free top, cut by a level plane 1 m above its base.
+#[test]
+fn free_faces_have_their_area() {
+    let desk = Desk::new();
+    let (region, _) = RUN.split_once("[[cut]]").unwrap();
+    let level =
+        "[[cut]]\nplane = { dip = 0, dip_direction = 0, through = [0, 0, 1] }\njoint = 'seam'\n";
+    desk.write("box.toml", &format!("{region}{level}"));
+    desk.run("cut box.toml");
+    let csv = String::from_utf8(desk.read("results/box-cut/blocks.csv")).unwrap();
+    let by_height = |name: &str| {
+        let mut rows: Vec<_> = column(&csv, "z").into_iter().zip(column(&csv, name)).collect();
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+        rows.into_iter().map(|(_, value)| value).collect::<Vec<_>>()
+    };
+    assert_eq!(by_height("free_area"), [0.0, 2.0]);
+    assert_eq!(by_height("surface"), [10.0, 16.0]);
+}
+
 #[test]
 fn decks_with_regions_run_with_the_numbers_of_their_blocks() {
     let desk = Desk::new();

@@ -9,7 +9,7 @@ use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::at_stage;
 use super::charge::{Holes, charge};
-use super::geometry::{Selector, no_face, no_node, nothing};
+use super::geometry::{NodeSearch, Selector, no_face, no_node, nothing};
 use crate::lint::Diagnostic;
 use crate::schema::{ChargeHistory, Deck, History, Initial, Load, Remove, StageKind, Where};
 
@@ -30,10 +30,11 @@ pub(super) fn conditions(
     faults.extend(charges.filter_map(|charge| without_walls((deck, stages), charge)));
     conditions.loaded.extend(deck.remove.iter().map(|remove| released(deck, remove)));
     let moving = |initial: &&Initial| initial.velocity.is_some() || initial.spin.is_some();
+    let search = NodeSearch::new(stages.at(0));
     for (index, initial) in deck.initial.iter().enumerate().filter(|(_, i)| moving(i)) {
-        let (selector, geometry) = (Selector::new(&initial.r#where, sets), stages.at(0));
-        if selector.nodes(geometry).is_empty() {
-            faults.push(no_node(format!("initial[{index}].where"), &selector, geometry));
+        let selector = Selector::new(&initial.r#where, sets);
+        if search.nodes(&selector).is_empty() {
+            faults.push(no_node(format!("initial[{index}].where"), &selector, stages.at(0)));
         }
     }
     if faults.is_empty() { Ok((conditions, warnings)) } else { Err(faults) }
@@ -125,9 +126,9 @@ fn charges(
 /// Initial motions of nodes. Entries before the first motion are skipped; a later entry without
 /// motion sets its nodes to rest.
 pub(super) fn motions(deck: &Deck, problem: &Problem) -> Vec<StartMotion> {
-    let geometry = problem.stages.at(0);
+    let search = NodeSearch::new(problem.stages.at(0));
     let motion = |initial: &Initial| StartMotion {
-        nodes: Selector::new(&initial.r#where, &problem.sets).nodes(geometry),
+        nodes: search.nodes(&Selector::new(&initial.r#where, &problem.sets)),
         velocity: Vec3::from(initial.velocity.unwrap_or_default()),
         spin: Vec3::from(initial.spin.unwrap_or_default()),
         centre: Vec3::from(initial.centre.unwrap_or_default()),

@@ -1,7 +1,9 @@
 //! Regions of rock: from a deck to cells.
 
+mod assigned;
 mod blocks;
 mod cuts;
+mod fractures;
 mod inside;
 mod joints;
 mod planes;
@@ -11,7 +13,9 @@ mod stability;
 mod thick;
 mod ties;
 
+pub(in crate::build) use assigned::AssignedRock;
 pub(in crate::build) use blocks::cut as cut_rock;
+pub use fractures::RockFracture;
 pub use planes::RockPlane;
 pub(crate) use shape::parts;
 pub use stability::{BlockMode, BlockVerdict};
@@ -20,7 +24,7 @@ use ddem_core::element::Elastic;
 use ddem_core::problem::{Vec3, stiffest_nodes};
 use ddem_core::{ErrorCode, Fault, ModelError};
 use ddem_cut::{
-    CellComplex, CellPart, CellProperties, CommonFace, ON_PLANE, PlaneSource, Polyhedron,
+    CellComplex, CellPart, CellProperties, CommonFace, ON_PLANE, PlaneSource, RegionParts,
 };
 
 use crate::schema::{Body, Deck, RockRegion, SmallKind};
@@ -37,6 +41,8 @@ pub struct CutRock {
     pub common: Vec<CommonFace>,
     /// Block of each cell: cells that are joined form one.
     pub blocks: Vec<u32>,
+    /// Discs and polygons of the cuts, in their order.
+    pub fractures: Vec<RockFracture>,
     /// Cells of each region.
     of_region: Vec<Vec<usize>>,
     /// Width of the cells in the middle of the volume of each region `[m]`.
@@ -71,21 +77,23 @@ impl Deck {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        let complex = cuts::cut(self, &shapes).map_err(|faults| ModelError { faults })?;
-        Ok(CutRock::new(self.clone(), complex))
+        let (complex, fractures) =
+            cuts::cut(self, &shapes).map_err(|faults| ModelError { faults })?;
+        Ok(CutRock::new(self.clone(), complex, fractures))
     }
 }
 
 /// Faults of regions that have rock in common.
-fn overlaps(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Vec<Fault> {
-    let corners = || shapes.iter().flatten().flat_map(|part| &part.points);
+fn overlaps(deck: &Deck, shapes: &[RegionParts]) -> Vec<Fault> {
+    let parts = || shapes.iter().flat_map(|shape| &shape.parts);
+    let corners = || parts().flat_map(|part| &part.points);
     let largest = corners().fold(0.0_f64, |largest, corner| largest.max(corner.amax()));
     let margin = ON_PLANE * largest;
     let mut faults = Vec::new();
-    for (number, parts) in shapes.iter().enumerate() {
+    for (number, shape) in shapes.iter().enumerate() {
         let meets = |other: &&usize| {
-            let others = &shapes[**other];
-            parts.iter().any(|one| others.iter().any(|other| one.overlaps(other, margin)))
+            let others = &shapes[**other].parts;
+            shape.parts.iter().any(|one| others.iter().any(|other| one.overlaps(other, margin)))
         };
         let earlier: Vec<usize> = (0..number).collect();
         if let Some(&other) = earlier.iter().find(meets) {
@@ -104,7 +112,7 @@ fn overlaps(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Vec<Fault> {
 const SPREAD: f64 = 4.0;
 
 impl CutRock {
-    fn new(deck: Deck, complex: CellComplex) -> Self {
+    fn new(deck: Deck, complex: CellComplex, fractures: Vec<RockFracture>) -> Self {
         let n = complex.cells().len();
         let properties: Vec<_> = (0..n).map(|cell| complex.properties(cell)).collect();
         let common = complex.common_faces();
@@ -122,6 +130,7 @@ impl CutRock {
             properties,
             common,
             blocks,
+            fractures,
             of_region,
             median_widths,
             thin_blocks: vec![true; n],
@@ -251,6 +260,13 @@ impl CutRock {
         self.parts(cell).len() * self.divisions(cell).pow(3)
     }
 
+    /// Area of all faces of a cell `[m²]`.
+    #[must_use]
+    pub fn surface(&self, cell: usize) -> f64 {
+        let faces = &self.complex.cells()[cell].faces;
+        faces.iter().map(|face| face.area(self.complex.points()).norm()).sum()
+    }
+
     /// Names of the cuts whose planes bound a cell, or their places in the deck.
     #[must_use]
     pub fn cut_names(&self, cell: usize) -> Vec<String> {
@@ -268,7 +284,16 @@ impl CutRock {
     #[must_use]
     pub fn is_joint(&self, face: &CommonFace) -> bool {
         let plane = &self.complex.planes()[face.plane as usize];
-        plane.source != PlaneSource::Region && !self.is_joined(face)
+        (plane.source != PlaneSource::Region || self.file_joint(face).is_some())
+            && !self.is_joined(face)
+    }
+
+    /// Name of the joint between two cells of a file.
+    pub(crate) fn file_joint(&self, face: &CommonFace) -> Option<&String> {
+        let plane = &self.complex.planes()[face.plane as usize];
+        let [own, other] = face.cells.map(|cell| self.region_number(cell as usize));
+        let between = plane.source == PlaneSource::Region && own == other && !plane.joined;
+        self.deck.region[own].joint.as_ref().filter(|_| between)
     }
 
     /// True if the cells on both sides of a common face are one block.

@@ -1,7 +1,7 @@
 //! Checks of regions of rock and their cuts.
 
 use super::selection::{Selected, dips, selector};
-use super::{ErrorCode, Faults, NameFaults, Rule, blocks, fractures, shown};
+use super::{ErrorCode, Faults, NameFaults, Rule, blocks, fractures, rock_file, shown};
 use crate::build::rock_parts;
 use crate::schema::{
     Deck, PlaneCut, RockCut, RockRegion, SetCut, SetSpacing, SpacingLaw, SpacingTable, TunnelCut,
@@ -32,7 +32,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
             ErrorCode::MissingKey,
             "cut[0]",
             "there is no region to cut",
-            "`region` with `box`, `prism` or `faces` makes one",
+            "`region` with `box`, `prism`, `faces` or `file` makes one",
         );
     }
     for (i, cut) in deck.cut.iter().enumerate() {
@@ -87,6 +87,7 @@ fn region(deck: &Deck, at: &str, region: &RockRegion, faults: &mut Faults) {
     }
     faults.number(format!("{at}.small.width"), region.small.width, Rule::Within(0.0, 1.0));
     shape(at, region, faults);
+    rock_file::check(deck, at, region, faults);
 }
 
 fn shape(at: &str, region: &RockRegion, faults: &mut Faults) {
@@ -94,11 +95,13 @@ fn shape(at: &str, region: &RockRegion, faults: &mut Faults) {
         ("box", region.bounds.is_some()),
         ("prism", region.prism.is_some()),
         ("faces", region.faces.is_some()),
+        ("file", region.file.is_some()),
     ];
     if !one_of(at, &keys, "a region has one shape", faults) {
         return;
     }
-    let mut finite = true;
+    // Files are checked as they are read.
+    let mut finite = region.file.is_none();
     if let Some(shape) = &region.bounds {
         finite &= faults.finite(format!("{at}.box.from"), &shape.from);
         finite &= faults.finite(format!("{at}.box.to"), &shape.to);
@@ -139,7 +142,8 @@ fn face_of(error: &ShapeError) -> Option<usize> {
     }
 }
 
-fn remedy(error: &ShapeError) -> &'static str {
+/// Advice on a fault of a shape.
+pub(crate) fn remedy(error: &ShapeError) -> &'static str {
     match error {
         ShapeError::NoArea => "an outline has three corners or more that are not on one line",
         ShapeError::Crossing => "list the corners in order around the outline",
@@ -152,8 +156,11 @@ fn remedy(error: &ShapeError) -> &'static str {
         ShapeError::InsideOut => {
             "list the corners of all faces in reverse: counter-clockwise seen from outside"
         }
+        ShapeError::Undivided { .. } => {
+            "its triangles may cross, touch or nearly coincide: make them larger and fewer"
+        }
         ShapeError::NotConvex { .. } => {
-            "make several convex regions that share faces, or a `prism`, whose outline may be concave"
+            "make several convex bodies that share faces, or a `prism` or a closed surface, which may be concave"
         }
     }
 }

@@ -30,11 +30,4 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
         let help = "give a `force` on the nodes of the line, or a `traction` on a face";
         refuse(format!("load[{i}].line"), message, help);
     }
-    for (i, entry) in deck.assign.iter().enumerate() {
-        let keys = [("from", entry.from.is_some()), ("until", entry.until.is_some())];
-        if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given) {
-            let message = "joints and materials of regions do not change with stages yet";
-            refuse(format!("assign[{i}].{key}"), message, "assign them from the start");
-        }
-    }
 }

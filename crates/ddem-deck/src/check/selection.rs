@@ -280,7 +280,11 @@ fn heights(place: &str, (path, heights): (&str, Option<&Heights>), faults: &mut 
 }
 
 /// Checks a closed surface.
-fn surface(place: &str, (path, triangles): (&str, Option<&Triangles>), faults: &mut Faults) {
+pub(super) fn surface(
+    place: &str,
+    (path, triangles): (&str, Option<&Triangles>),
+    faults: &mut Faults,
+) {
     let Some(triangles) = triangles else { return unread(place, path, faults) };
     if triangles.0.iter().flatten().flatten().any(|number| !number.is_finite()) {
         faults.add(

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::schema::{Deck, FileIn, FileOf, FractureTable, Heights, Triangles};
+use super::rock_files::is_surface;
+use crate::schema::{Deck, FileCells, FileIn, FileOf, FractureTable, Heights, RockFile, Triangles};
 
 /// Contents of the files of a deck, as numbers, by their paths.
 pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
@@ -24,6 +25,14 @@ pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
             };
             contents.insert(path.clone(), numbers);
         }
+    }
+    for (_, FileOf { path, content }) in deck.rocks_mut() {
+        let numbers = content.as_ref().map(|content| match &**content {
+            // As those of other uses of the file.
+            RockFile::Surface(surface) => surface.0.iter().flatten().flatten().copied().collect(),
+            RockFile::Cells(cells) => cells.numbers(),
+        });
+        contents.insert(path.clone(), numbers.unwrap_or_default());
     }
     for (_, FileOf { path, content }) in deck.surfaces_mut() {
         let corners = content.iter().flat_map(|content| &content.0).flatten();
@@ -55,6 +64,14 @@ pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> 
                 }
             }
         }
+    }
+    for (_, file) in deck.rocks_mut() {
+        let rock = |numbers: &Vec<f64>| match is_surface(&file.path) {
+            true => Some(RockFile::Surface(triangles_of(numbers))),
+            false => FileCells::from_numbers(numbers).map(RockFile::Cells),
+        };
+        file.content = contents.get(&file.path).and_then(rock).map(Arc::new);
+        all &= file.content.is_some();
     }
     for (_, file) in deck.surfaces_mut() {
         let numbers = contents.get(&file.path);

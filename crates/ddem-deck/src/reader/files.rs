@@ -10,6 +10,7 @@ use crate::schema::{Deck, FileIn, FileOf, Heights, Triangles, names};
 use ddem_core::{ErrorCode, Fault, ModelError};
 
 use super::fractures::fractures;
+use super::rock_files::rock;
 use crate::near::near;
 
 /// Largest number of points of a grid of heights.
@@ -22,7 +23,7 @@ const MOST_POINTS: usize = 100_000_000;
 ///
 /// Files cannot be read, or have other contents.
 pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
-    let (mut surfaces, mut grids) = (BTreeMap::new(), BTreeMap::new());
+    let (mut surfaces, mut grids, mut rocks) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
     let mut faults = Vec::new();
     deck.fill_tunnels();
     let cuts = names_of_cuts(deck);
@@ -30,9 +31,11 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
         for (key, file) in selector.files_mut() {
             let wrong = match file {
                 FileIn::Triangles(file) if cuts.get(&file.path) == Some(&true) => Ok(()),
-                FileIn::Triangles(file) => fill(file, folder, &mut surfaces, triangles)
-                    .map_err(|fault| maybe_tunnel(fault, &file.path, &cuts)),
-                FileIn::Heights(file) => fill(file, folder, &mut grids, heights),
+                FileIn::Triangles(file) => {
+                    fill(file, folder, &mut surfaces, |_, file| triangles(file))
+                        .map_err(|fault| maybe_tunnel(fault, &file.path, &cuts))
+                }
+                FileIn::Heights(file) => fill(file, folder, &mut grids, |_, file| heights(file)),
             };
             faults.extend(wrong.err().map(|mut fault| {
                 fault.place = format!("{place}.{key}");
@@ -40,20 +43,21 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
             }));
         }
     }
-    for (place, file) in deck.surfaces_mut() {
-        let wrong = fill(file, folder, &mut surfaces, triangles);
+    let mut add = |place: String, wrong: Result<(), Fault>| {
         faults.extend(wrong.err().map(|mut fault| {
             fault.place = place;
             fault
         }));
+    };
+    for (place, file) in deck.rocks_mut() {
+        add(place, fill(file, folder, &mut rocks, rock));
+    }
+    for (place, file) in deck.surfaces_mut() {
+        add(place, fill(file, folder, &mut surfaces, |_, file| triangles(file)));
     }
     let mut tables = BTreeMap::new();
     for (place, file) in deck.networks_mut() {
-        let wrong = fill(file, folder, &mut tables, fractures);
-        faults.extend(wrong.err().map(|mut fault| {
-            fault.place = place;
-            fault
-        }));
+        add(place, fill(file, folder, &mut tables, |_, file| fractures(file)));
     }
     if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }) }
 }
@@ -97,6 +101,9 @@ pub fn join_paths(deck: &mut Deck, folder: &Path) {
             *path = folder.join(&*path).to_string_lossy().into_owned();
         }
     }
+    for (_, FileOf { path, .. }) in deck.rocks_mut() {
+        *path = folder.join(&*path).to_string_lossy().into_owned();
+    }
     for (_, FileOf { path, .. }) in deck.surfaces_mut() {
         *path = folder.join(&*path).to_string_lossy().into_owned();
     }
@@ -110,7 +117,7 @@ fn fill<T>(
     file: &mut FileOf<T>,
     folder: &Path,
     known: &mut BTreeMap<String, Arc<T>>,
-    read: impl Fn(File) -> Result<T, Fault>,
+    read: impl Fn(&Path, File) -> Result<T, Fault>,
 ) -> Result<(), Fault> {
     if file.content.is_some() {
         return Ok(());
@@ -140,7 +147,7 @@ fn fill<T>(
             None => fault.help("paths are relative to the folder of the deck"),
         }
     })?;
-    let content = Arc::new(read(opened).map_err(|mut fault| {
+    let content = Arc::new(read(&path, opened).map_err(|mut fault| {
         fault.message = format!("`{}`: {}", path.display(), fault.message);
         fault
     })?);
@@ -152,7 +159,7 @@ fn fill<T>(
 const STL: &str = "a closed surface is an STL file, in text or in binary";
 
 /// Triangles of an STL file, in text or in binary.
-fn triangles(mut file: File) -> Result<Triangles, Fault> {
+pub(super) fn triangles(mut file: File) -> Result<Triangles, Fault> {
     let wrong = |error: std::io::Error| {
         Fault::new(ErrorCode::InvalidFile, "", format!("this is no STL file: {error}")).help(STL)
     };

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Deck, Joint};
+use super::{Deck, Joint, RockRegion};
 use ddem_core::problem::DAMPING;
 
 /// Restitution with critical damping if spring and dashpot together never pull, exp(−2).
@@ -73,12 +73,17 @@ impl Deck {
     }
 
     /// True if new contacts are searched for. This is `model.contact`; by default it is true with
-    /// more than one set of blocks or region, or with a used joint that can fail. A single set whose
+    /// more than one set of blocks, region or cell of a file, or with a used joint that can fail. A single set whose
     /// joints never fail stays together.
     #[must_use]
     pub fn finds_contacts(&self) -> bool {
         let any_can_fail = || self.used_joints().any(Joint::can_fail);
-        let found = || self.blocks.len() + self.region.len() > 1 || any_can_fail();
+        let apart = |region: &RockRegion| region.n_file_cells() > 1 && !region.join;
+        let found = || {
+            self.blocks.len() + self.region.len() > 1
+                || self.region.iter().any(apart)
+                || any_can_fail()
+        };
         self.model.contact.unwrap_or_else(found)
     }
 
@@ -87,6 +92,11 @@ impl Deck {
         let of_sets = self.blocks.iter().flat_map(|set| set.joints().into_iter().flatten());
         let assigned = self.assign.iter().filter_map(|entry| entry.joint.as_deref());
         let of_cuts = self.cut.iter().filter_map(|cut| cut.joint.as_deref());
-        of_sets.chain(assigned).chain(of_cuts).filter_map(|name| self.joints.get(name))
+        let of_files = self.region.iter().filter_map(|region| region.joint.as_deref());
+        of_sets
+            .chain(assigned)
+            .chain(of_cuts)
+            .chain(of_files)
+            .filter_map(|name| self.joints.get(name))
     }
 }

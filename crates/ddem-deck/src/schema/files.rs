@@ -9,7 +9,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::{Deck, Sheet, Where};
+use super::{Deck, RockFile, Sheet, Where};
 
 /// A file that a deck names. The deck holds the path; the program that reads the deck adds the
 /// content.
@@ -161,6 +161,12 @@ impl Deck {
     /// Every `where`, with its place in the deck.
     pub fn selectors(&self) -> Vec<(String, &Where)> {
         selectors!(self, iter, as_ref, shared)
+    }
+
+    /// Files of regions, each with its place in the deck.
+    pub fn rocks_mut(&mut self) -> impl Iterator<Item = (String, &mut FileOf<RockFile>)> {
+        let regions = self.region.iter_mut().enumerate();
+        regions.filter_map(|(i, of)| Some((format!("region[{i}].file"), of.file.as_mut()?)))
     }
 
     /// Surfaces that cut, each with its place in the deck.

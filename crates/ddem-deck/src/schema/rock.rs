@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Body, DiscCut, FileOf, NetworkCut, Triangles, Where};
+use super::{Body, DiscCut, FileOf, NetworkCut, RockFile, Triangles, Where};
 
-/// Part of the rock that cuts divide: a box, a prism, or a convex polyhedron.
+/// Part of the rock that cuts divide: a box, a prism, a convex polyhedron, or the rock of a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RockRegion {
@@ -13,17 +13,28 @@ pub struct RockRegion {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
     /// Box along the axes, `{ from = [0, 0, 0], to = [40, 40, 30] }`, by two opposite corners `[m]`;
-    /// needed without `prism` and `faces`.
+    /// needed without another shape.
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
     pub bounds: Option<BoxShape>,
     /// Outline, convex or not, along an axis, `{ outline, axis, from, to }` `[m]`; needed without
-    /// `box` and `faces`.
+    /// another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub prism: Option<PrismShape>,
     /// Corners of each face of a convex polyhedron, counter-clockwise seen from outside
-    /// `[m]`; needed without `box` and `prism`.
+    /// `[m]`; needed without another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faces: Option<Vec<Vec<[f64; 3]>>>,
+    /// File, whose path is relative to the folder of the deck: a closed surface (`.stl`), convex bodies
+    /// (`.obj`), or cells of Neper (`.tess`) `[m]`; needed without another shape.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub file: Option<FileOf<RockFile>>,
+    /// Name of the joint between the cells of `file`; needed without `join` if it has several.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub joint: Option<String>,
+    /// The cells of `file` are one block where they touch; default `false`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    #[schemars(extend("default" = bool::default()))]
+    pub join: bool,
     /// Name of the material; needed.
     pub material: String,
     /// Number of elements along each edge of a cell, even, at most 64; default 2.
@@ -46,6 +57,9 @@ impl Default for RockRegion {
             bounds: None,
             prism: None,
             faces: None,
+            file: None,
+            joint: None,
+            join: false,
             material: String::new(),
             divisions: 2,
             body: Body::Deformable,
@@ -53,6 +67,15 @@ impl Default for RockRegion {
             seed: 0,
             small: SmallBlocks::default(),
         }
+    }
+}
+
+impl RockRegion {
+    /// Number of the cells of the file, 0 without one.
+    #[must_use]
+    pub fn n_file_cells(&self) -> usize {
+        let content = self.file.as_ref().and_then(|file| file.content.as_ref());
+        content.map_or(0, |content| content.n_cells())
     }
 }
 

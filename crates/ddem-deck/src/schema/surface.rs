@@ -2,6 +2,8 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use ddem_core::problem::Vec3;
+
 use super::Triangles;
 
 /// Distance within which corners are merged, as a fraction of the size of the surface.
@@ -20,19 +22,19 @@ impl Triangles {
     /// Triangles with coinciding corners merged; triangles without three different corners are left
     /// out.
     pub(crate) fn mesh(&self) -> SurfaceMesh {
-        let mut low = [f64::INFINITY; 3];
-        let mut high = [f64::NEG_INFINITY; 3];
-        for corner in self.0.iter().flatten() {
-            low = [0, 1, 2].map(|k| low[k].min(corner[k]));
-            high = [0, 1, 2].map(|k| high[k].max(corner[k]));
-        }
-        let size = (0..3).fold(0.0_f64, |size, k| libm::hypot(size, high[k] - low[k]));
-        let mut welder = Welder { low, reach: WELDED * size, ..Welder::default() };
+        let mut welder = Welder::around(self.0.iter().flatten());
         let numbers = self.0.iter().map(|corners| corners.map(|corner| welder.number(corner)));
         let triangles: Vec<[u32; 3]> =
             numbers.filter(|[a, b, c]| a != b && b != c && c != a).collect();
         SurfaceMesh { points: welder.points, triangles }
     }
+}
+
+/// Points without those that coincide, and the number of its point for each of the given ones.
+pub(crate) fn welded(all: &[[f64; 3]]) -> (Vec<[f64; 3]>, Vec<u32>) {
+    let mut welder = Welder::around(all.iter());
+    let numbers = all.iter().map(|point| welder.number(*point)).collect();
+    (welder.points, numbers)
 }
 
 /// Corners found so far.
@@ -48,6 +50,18 @@ struct Welder {
 }
 
 impl Welder {
+    /// Corners to find in the box around points.
+    fn around<'a>(points: impl Iterator<Item = &'a [f64; 3]>) -> Self {
+        let mut low = [f64::INFINITY; 3];
+        let mut high = [f64::NEG_INFINITY; 3];
+        for point in points {
+            low = [0, 1, 2].map(|k| low[k].min(point[k]));
+            high = [0, 1, 2].map(|k| high[k].max(point[k]));
+        }
+        let size = (0..3).fold(0.0_f64, |size, k| libm::hypot(size, high[k] - low[k]));
+        Self { low, reach: WELDED * size, ..Self::default() }
+    }
+
     fn number(&mut self, corner: [f64; 3]) -> u32 {
         // Adding 0 removes the sign of zero.
         let bits = corner.map(|x| (x + 0.0).to_bits());
@@ -97,6 +111,19 @@ impl SurfaceMesh {
     pub(crate) fn open_edges(&self) -> Vec<[u32; 2]> {
         let open = |(_, counts): &([u32; 2], [usize; 2])| (counts[0] + counts[1]) % 2 == 1;
         self.edges().into_iter().filter(open).map(|(edge, _)| edge).collect()
+    }
+
+    /// Enclosed volume `[m³]`, negative if the triangles of a closed surface are turned inward.
+    pub(crate) fn volume(&self) -> f64 {
+        let Some(&origin) = self.points.first() else { return 0.0 };
+        let cone = |corners: &[u32; 3]| {
+            let [a, b, c] = corners.map(|corner| {
+                let x = self.points[corner as usize];
+                Vec3::from([0, 1, 2].map(|k| x[k] - origin[k]))
+            });
+            a.dot(&b.cross(&c)) / 6.0
+        };
+        self.triangles.iter().map(cone).sum()
     }
 
     /// True if all triangles are oriented to the same side: equally many pass each edge in both

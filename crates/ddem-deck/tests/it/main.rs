@@ -19,6 +19,7 @@ mod notation;
 mod rock;
 mod rock_arch;
 mod rock_decks;
+mod rock_files;
 mod rock_fractures;
 mod rock_run;
 mod rock_stability;

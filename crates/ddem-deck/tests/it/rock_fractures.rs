@@ -268,6 +268,61 @@ fn wrong_tables_of_fractures() {
     insta::assert_snapshot!(found.join("\n"));
 }
 
+/// The list of the discs of a network gives the same cells when it is read as a file.
+#[test]
+fn listed_fractures_give_the_same_cells() {
+    let network = "[[cut]]
+polygon = [[0, 0, 0.5], [3, 0, 0.5], [3, 3, 0.6]]
+joint = 'major'
+[[cut]]
+name = 'network'
+dfn = { p32 = 1.5, size = { power = 3.0, from = 0.5, to = 2.0 }, dip = 80, dip_direction = 350, fisher = 4 }
+joint = 'major'
+";
+    for north in ["[0, 1, 0]", "[1, 2, 0]"] {
+        let turned = |text: String| {
+            text.replace("seed = 5", &format!("seed = 5\nnorth = {north}"))
+                .replace("dip_direction = 0,", "dip_direction = 0.0,")
+        };
+        let rock = cut(&turned(text("joint = 'minor'", network)));
+        let of_network: Vec<_> = rock.fractures.iter().filter(|of| of.cut == 3).collect();
+        assert!(of_network.len() > 20 && rock.fractures.len() == of_network.len() + 1);
+        // A right-angled triangle of 3 m by √(9 + 0.01) m.
+        let polygon = rock.fractures[0];
+        assert!((polygon.area - 1.5 * 9.01_f64.sqrt()).abs() < 1e-12);
+        assert!((polygon.radius - (polygon.area / std::f64::consts::PI).sqrt()).abs() < 1e-12);
+        let mut table = "cut,x,y,z,dip,dip_direction,radius,area\n".to_owned();
+        for of in of_network {
+            let [x, y, z] = of.centre;
+            let row = [x, y, z, of.dip, of.dip_direction, of.radius, of.area];
+            table += &format!("network,{}\n", row.map(|number| number.to_string()).join(","));
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deck.toml");
+        let (before, _) = network.split_once("dfn = ").unwrap();
+        let from_file = format!("{before}dfn = {{ file = 'fractures.csv' }}\njoint = 'major'\n");
+        fs::write(&path, turned(text("joint = 'minor'", &from_file))).unwrap();
+        fs::write(folder.path().join("fractures.csv"), table).unwrap();
+        let again = read(&path).unwrap().0.cut_regions().unwrap();
+        assert_eq!(again.properties.len(), rock.properties.len());
+        // The list has no sides, by which cells are numbered.
+        let volumes = |rock: &CutRock| {
+            let mut all: Vec<f64> = rock.properties.iter().map(|cell| cell.volume).collect();
+            all.sort_by(f64::total_cmp);
+            all
+        };
+        for (a, b) in volumes(&again).into_iter().zip(volumes(&rock)) {
+            assert!((a - b).abs() < 1e-12, "{a} {b}");
+        }
+        for (a, b) in again.fractures.iter().zip(&rock.fractures) {
+            assert_eq!((a.cut, a.centre, a.radius), (b.cut, b.centre, b.radius));
+            assert!((a.dip - b.dip).abs() < 1e-12);
+            let turn = (a.dip_direction - b.dip_direction).abs();
+            assert!(turn.min(360.0 - turn) < 1e-10);
+        }
+    }
+}
+
 /// A surface of quadrilaterals, each split into two triangles, as STL.
 fn stl(quads: &[[[f64; 3]; 4]]) -> String {
     let corner = |[x, y, z]: [f64; 3]| format!("vertex {x} {y} {z}\n");

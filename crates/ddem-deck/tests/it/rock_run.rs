@@ -177,6 +177,67 @@ fn base_carries_what_is_left(body: &str) {
     }
 }
 
+/// Material and joints change with a stage, by place, and change back.
+#[test]
+fn assigned_materials_and_joints_follow_the_stages() {
+    let more = "
+[joints.weak]
+normal_stiffness = 20e9
+shear_stiffness = 8e9
+cohesion = 1e6
+friction = 10.0
+[[assign]]
+material = 'soil'
+where = { x = [0.0, 1.5] }
+from = 'dig'
+until = 'fill'
+[[assign]]
+joint = 'weak'
+where = { dip = 60, dip_direction = 90 }
+from = 'dig'
+until = 'fill'
+[[stage]]
+name = 'fill'
+kind = 'relax'
+";
+    let text = whole(more)
+        .replace("[materials.granite]", "[model]\ngravity = [0, 0, -10]\n[materials.granite]")
+        .replace(
+            "shear_stiffness = 8e9\n[joints.major]",
+            "shear_stiffness = 8e9\ncohesion = 9e6\n[joints.major]",
+        )
+        .replace("axes = 'xyz'", "axes = 'xyz'\n[[fix]]\nwhere = { y = 3.0 }\naxes = 'xyz'");
+    let mut simulation = Simulation::new(built(&text).model());
+    let names = ["major", "minor", "weak"];
+    for (stage, softened) in [(0, false), (1, true), (2, false)] {
+        simulation.enter(stage).unwrap();
+        simulation.relax(1e-9, 100_000).unwrap();
+        let model = simulation.model();
+        let soil: Vec<usize> = (0..model.n_blocks()).filter(|&b| model.material(b) == 1).collect();
+        assert_eq!(!soil.is_empty(), softened);
+        let volume: f64 = soil.iter().map(|&block| model.volume(block)).sum();
+        let weight = 10.0 * (24.0 * 2700.0 - volume * 700.0);
+        let all: Vec<u32> = (0..model.n_nodes() as u32).collect();
+        let reaction = simulation.reaction(&all)[2];
+        assert!((reaction / weight - 1.0).abs() < 1e-8, "{stage}: {reaction} {weight}");
+        // Of the two cuts with joints one has weak ones.
+        let model = simulation.model();
+        let of = |number: &u16| names[usize::from(*number)];
+        let mut found: Vec<&str> = model.joint_numbers().map(|number| of(&number)).collect();
+        found.sort_unstable();
+        found.dedup();
+        let expected: &[&str] = if softened { &["minor", "weak"] } else { &["minor"] };
+        assert_eq!(found, expected, "{stage}");
+    }
+    let mut found = messages(&text.replace("x = [0.0, 1.5]", "x = [3.99, 4.0]"));
+    found.extend(messages(&text.replace("dip = 60, dip_direction", "dip = 20, dip_direction")));
+    found.extend(messages(&text.replace(
+        "[joints.weak]\nnormal_stiffness = 20e9",
+        "[joints.weak]\nnormal_stiffness = 21e9",
+    )));
+    insta::assert_snapshot!(found.join("\n"));
+}
+
 /// Stiff springs hold the rock together if a cut ends on a plane that joins.
 #[test]
 fn joined_cells_hold_where_their_nodes_do_not_match() {
@@ -232,8 +293,6 @@ fn entries_that_regions_do_not_have_yet() {
         "[[charge]]\nmass = 1.0\nexplosive = { density = 1000.0, detonation_velocity = 4000.0, gamma = 3.0 }\nwhere = { x = [0, 1] }",
         "[[boundary]]\nkind = 'viscous'\nwhere = { x = 4.0 }",
         "[[load]]\nline = [0, 0, 1.0]\nwhere = { x = 0.0, z = 2.0 }",
-        "[[assign]]\njoint = 'major'\nfrom = 'dig'",
-        "[[assign]]\njoint = 'major'\nuntil = 'dig'",
     ];
     let mut found: Vec<String> = Vec::new();
     for section in sections {

@@ -12,7 +12,10 @@ use ddem_core::problem::{Geometry, Lattice, NO_JOINT, Sets};
 use ddem_core::{ErrorCode, Fault};
 
 /// Entries in force in a stage, with their numbers.
-pub(super) fn in_force(deck: &Deck, stage: usize) -> impl Iterator<Item = (usize, &Assign)> {
+pub(in crate::build) fn in_force(
+    deck: &Deck,
+    stage: usize,
+) -> impl Iterator<Item = (usize, &Assign)> {
     let now = move |entry: &Assign| {
         deck.stage_range(entry.from.as_ref(), entry.until.as_ref()).has(stage)
     };
@@ -133,7 +136,7 @@ fn assigns_nothing(
 
 /// Fault of a joint that is replaced by one of another thickness or elasticity. Blocks, layers and
 /// springs cannot change.
-fn changed(
+pub(in crate::build) fn changed(
     geometry: &Geometry,
     before: &Geometry,
     (deck, names): (&Deck, &Names),

@@ -18,25 +18,28 @@ mod stages;
 mod terrain;
 pub(super) mod touching;
 
+pub(in crate::build) use assign::{changed, in_force};
 use empty_selection::no_block;
 pub(in crate::build) use empty_selection::{coordinates, no_face, no_node, nothing};
 pub use interface::Interface;
 use lattice::lattices;
+pub(super) use select::NodeSearch;
 pub use selection::Selection;
 pub(super) use selector::Selector;
-pub(super) use stages::stages;
+pub(in crate::build) use solid::Solid;
+pub(in crate::build) use stages::stages;
 pub(super) use terrain::uncovered;
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
 use crate::schema::{Assign, Deck, Remove};
-use ddem_core::problem::{BlockFace, FaceId, Geometry, JointProperties, Lattice, Sets};
+use ddem_core::problem::{BlockFace, FaceId, Geometry, JointProperties, Lattice, Sets, Stages};
 use ddem_core::{ErrorCode, Fault};
 
-/// Geometry of a deck at the start, with the sets to which its selectors refer.
+/// Geometries of the stages of a deck, with the sets to which its selectors refer.
 pub(in crate::build) struct Cut {
-    pub(in crate::build) geometry: Geometry,
+    pub(in crate::build) stages: Stages,
     pub(in crate::build) sets: Sets,
     /// Blocks that curved and slanted shapes have split or removed.
     pub(in crate::build) selections: Vec<Selection>,
@@ -96,7 +99,9 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     if !faults.is_empty() {
         return Err(faults);
     }
-    Ok(Cut { geometry, sets, selections, joints: Vec::new() })
+    let (stages, excavated) = stages((deck, names), Arc::new(geometry), &sets, None)?;
+    selections.extend(excavated);
+    Ok(Cut { stages, sets, selections, joints: Vec::new() })
 }
 
 impl Selector {

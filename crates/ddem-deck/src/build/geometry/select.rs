@@ -9,7 +9,34 @@
 
 use super::Selector;
 use super::touching::TouchingFaces;
-use ddem_core::problem::{BlockFace, FaceId, Geometry, TributaryLengths, Vec3};
+use ddem_core::problem::{BlockFace, FaceId, Geometry, TributaryLengths, Vec3, bounds_of};
+
+/// Margin of the box around a block, as a fraction of its longest edge.
+const MARGIN: f64 = 1e-8;
+
+/// Boxes around the blocks of a geometry, to find the nodes of many selectors.
+pub(crate) struct NodeSearch<'a> {
+    geometry: &'a Geometry,
+    boxes: Vec<[Vec3; 2]>,
+}
+
+impl<'a> NodeSearch<'a> {
+    pub(crate) fn new(geometry: &'a Geometry) -> Self {
+        let around = |block: usize| {
+            let margin = MARGIN * geometry.longest_edge(block);
+            let [low, high] = bounds_of(&geometry.corners(block));
+            [low.add_scalar(-margin), high.add_scalar(margin)]
+        };
+        Self { geometry, boxes: (0..geometry.blocks.len()).map(around).collect() }
+    }
+
+    /// Nodes that a selector selects, in order.
+    pub(crate) fn nodes(&self, selector: &Selector) -> Vec<u32> {
+        // A node is in the box of its block, and so is the centre of a rigid block.
+        let meets = |block: usize| selector.part_of(&self.boxes[block]).is_some();
+        selector.nodes_in(self.geometry, meets)
+    }
+}
 
 impl Selector {
     /// True if a node is selected: it is in the ranges, and each plane contains it or lies in a gap
@@ -36,9 +63,14 @@ impl Selector {
 
     /// Selected nodes, in order.
     pub(crate) fn nodes(&self, geometry: &Geometry) -> Vec<u32> {
+        self.nodes_in(geometry, |_| true)
+    }
+
+    /// Selected nodes of the blocks that a condition on their numbers admits, in order.
+    fn nodes_in(&self, geometry: &Geometry, admits: impl Fn(usize) -> bool) -> Vec<u32> {
         let mut nodes = Vec::new();
         for block in 0..geometry.blocks.len() {
-            if geometry.is_removed(block) || !self.has_set(geometry.set(block)) {
+            if !admits(block) || geometry.is_removed(block) || !self.has_set(geometry.set(block)) {
                 continue;
             }
             let topology = geometry.topology(block);

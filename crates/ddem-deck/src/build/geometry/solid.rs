@@ -10,7 +10,7 @@ use ddem_core::problem::{Vec3, bounds_of};
 
 /// Closed surface, with its triangles sorted into columns of a grid over x and y.
 #[derive(Clone, Debug)]
-pub(super) struct Solid {
+pub(in crate::build) struct Solid {
     points: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
     /// True if all triangles are oriented to the same side.
@@ -24,7 +24,7 @@ pub(super) struct Solid {
 }
 
 impl Solid {
-    pub(super) fn new(mesh: &SurfaceMesh, clear: f64) -> Self {
+    pub(in crate::build) fn new(mesh: &SurfaceMesh, clear: f64) -> Self {
         let points: Vec<Vec3> = mesh.points.iter().copied().map(Vec3::from).collect();
         let along = ((mesh.triangles.len() as f64).sqrt().ceil() as usize).max(1);
         let mut solid = Self {
@@ -73,7 +73,7 @@ impl Solid {
     }
 
     /// True if a point is inside the surface or on it.
-    pub(super) fn contains(&self, x: &Vec3) -> bool {
+    pub(in crate::build) fn contains(&self, x: &Vec3) -> bool {
         if self.outside_box(x) > self.clear {
             return false;
         }

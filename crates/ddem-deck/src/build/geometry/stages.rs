@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use super::empty_selection::{no_block, nothing};
 use super::{Names, Selection, Selector, assign, refined};
+use crate::build::rock::AssignedRock;
 use crate::schema::{Deck, Where};
 use ddem_core::problem::{Geometry, Sets, Stages};
 use ddem_core::{ErrorCode, Fault};
@@ -13,6 +14,7 @@ pub(in crate::build) fn stages(
     (deck, all): (&Deck, &Names),
     start: Arc<Geometry>,
     sets: &Sets,
+    rock: Option<&AssignedRock<'_>>,
 ) -> Result<(Stages, Vec<Selection>), Vec<Fault>> {
     let selector = |selector: &Where| Selector::new(selector, sets);
     let (mut geometries, mut faults) = (vec![(0, start.clone())], Vec::new());
@@ -53,13 +55,17 @@ pub(in crate::build) fn stages(
         let assigned = assign::changes(deck, stage).then(|| Geometry::clone(&last));
         geometries.extend(excavated.map(|geometry| (stage, geometry)));
         if let Some(mut after) = assigned {
-            let lattices = refined(deck, all)?.lattices;
-            let wrong =
-                assign::reassign(&mut after, lattices, (deck, all, sets), stage).into_iter();
+            let wrong = match rock {
+                Some(rock) => rock.reassign(&mut after, stage),
+                None => {
+                    let lattices = refined(deck, all)?.lattices;
+                    assign::reassign(&mut after, lattices, (deck, all, sets), stage)
+                }
+            };
             // A fault that appears at one stage may appear again at a later one; it is reported
             // once.
             let known = |fault: &Fault| faults.iter().any(|other| other.place == fault.place);
-            let wrong: Vec<Fault> = wrong.filter(|fault| !known(fault)).collect();
+            let wrong: Vec<Fault> = wrong.into_iter().filter(|fault| !known(fault)).collect();
             faults.extend(wrong);
             geometries.push((stage, Arc::new(after)));
         }

@@ -11,8 +11,10 @@ use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{CellPart, CommonFace, PlaneSource};
 
 use super::CutRock;
-use crate::build::geometry::{Cut, Names, Selector, nothing};
-use crate::schema::{Assign, Deck, SmallKind};
+use super::assigned::{AssignedRock, FacePair, face_pair};
+use super::joints::JointOrigin;
+use crate::build::geometry::{Cut, Names, Selector, nothing, stages};
+use crate::schema::{Deck, SmallKind};
 
 /// Corners in VTK's order, by the numbers of corners by bits.
 pub(super) const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
@@ -46,9 +48,16 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
     if !faults.is_empty() {
         return Err(faults);
     }
-    let geometry = blocks.geometry()?;
+    let (mut geometry, origins) = blocks.geometry()?;
     let joints = blocks.stiff_joints(&geometry.nonconforming_joints);
-    Ok(Cut { geometry, sets: blocks.sets, selections: Vec::new(), joints })
+    let sets = blocks.sets;
+    let assigned = AssignedRock { deck, names, sets: &sets, rock: &rock, origins };
+    let faults = assigned.assign(&mut geometry, 0);
+    if !faults.is_empty() {
+        return Err(faults);
+    }
+    let (stages, selections) = stages((deck, names), Arc::new(geometry), &sets, Some(&assigned))?;
+    Ok(Cut { stages, sets, selections, joints })
 }
 
 /// Sets of a deck: its regions, with the boxes around them.
@@ -114,7 +123,8 @@ impl RockBlocks<'_> {
     fn unjoined_regions(&self) -> Option<Fault> {
         let shared = self.rock.common.iter().find(|face| {
             let plane = &self.rock.complex.planes()[face.plane as usize];
-            !plane.joined && plane.source == PlaneSource::Region && self.both_exist(face)
+            let between = plane.source == PlaneSource::Region && !plane.joined;
+            between && self.rock.file_joint(face).is_none() && self.both_exist(face)
         })?;
         let regions = shared.cells.map(|cell| self.region(cell as usize));
         let [a, b] = [regions[0].min(regions[1]), regions[0].max(regions[1])];
@@ -131,11 +141,13 @@ impl RockBlocks<'_> {
         face.cells.iter().all(|&cell| !self.parts[cell as usize].is_empty())
     }
 
-    fn geometry(&mut self) -> Result<Geometry, Vec<Fault>> {
-        let materials = self.materials()?;
+    /// Blocks and joints before anything is assigned, with the origins of the joints.
+    fn geometry(&mut self) -> Result<(Geometry, Vec<(FacePair, JointOrigin)>), Vec<Fault>> {
         let mut lattices: Vec<Arc<Lattice>> = Vec::new();
-        for (cell, &material) in materials.iter().enumerate() {
+        for cell in 0..self.parts.len() {
             self.first.push(lattices.len());
+            let material = &self.rock.region(cell).material;
+            let material = self.names.material(material).unwrap_or_default();
             let (set, n) = (self.region(cell), self.rock.divisions(cell));
             let parts = &self.parts[cell];
             for (part, [inertia, _]) in parts.iter().zip(self.rock.inertia(cell, parts)) {
@@ -149,9 +161,10 @@ impl RockBlocks<'_> {
         }
         let mut geometry = Geometry::new(lattices, self.sets.bounds);
         geometry.ties = Arc::new(self.ties(&geometry));
-        let joints = self.joints(&geometry)?;
-        geometry.join(joints);
-        Ok(geometry)
+        let joints = self.joints(&geometry);
+        let origins = joints.iter().map(|(joint, origin)| (face_pair(joint), *origin)).collect();
+        geometry.join(joints.into_iter().map(|(joint, _)| joint).collect());
+        Ok((geometry, origins))
     }
 
     fn shape(&self, cell: usize, part: &CellPart, inertia: f64) -> PartShape {
@@ -166,33 +179,6 @@ impl RockBlocks<'_> {
             centroid: self.centroid(cell),
             inertia,
         }
-    }
-
-    /// Material of each cell.
-    fn materials(&self) -> Result<Vec<u16>, Vec<Fault>> {
-        let of =
-            |cell: usize| self.names.material(&self.rock.region(cell).material).unwrap_or_default();
-        let mut materials: Vec<u16> = (0..self.parts.len()).map(of).collect();
-        let mut faults = Vec::new();
-        for (index, entry, selector) in self.assigned() {
-            let Some(material) = entry.material.as_ref().and_then(|name| self.names.material(name))
-            else {
-                continue;
-            };
-            let cells: Vec<usize> = (0..self.parts.len())
-                .filter(|&cell| !self.parts[cell].is_empty() && self.rock.selects(&selector, cell))
-                .collect();
-            if cells.is_empty() && entry.joint.is_none() {
-                faults.push(nothing(format!("assign[{index}].where"), "no block"));
-            }
-            cells.into_iter().for_each(|cell| materials[cell] = material);
-        }
-        if faults.is_empty() { Ok(materials) } else { Err(faults) }
-    }
-
-    pub(super) fn assigned(&self) -> impl Iterator<Item = (usize, &Assign, Selector)> {
-        let entries = self.deck.assign.iter().enumerate();
-        entries.map(|(index, entry)| (index, entry, Selector::new(&entry.r#where, &self.sets)))
     }
 }
 

@@ -3,10 +3,11 @@
 use ddem_core::problem::{Sets, Vec3, shown};
 use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{
-    CellComplex, Compass, CutCount, CutPlane, Fracture, JointSet, MOST_CELLS, Polyhedron,
-    RandomStream, Tunnel, expected_cells,
+    CellComplex, Compass, CutCount, CutPlane, Fracture, JointSet, MOST_CELLS, RandomStream,
+    RegionParts, Tunnel, expected_cells,
 };
 
+use super::fractures::{RockFracture, listed};
 use super::shapes::{fractures, joint_set, network, plane, seeds, spacing, tunnel};
 use crate::build::geometry::{Selector, coordinates};
 use crate::schema::{Deck, RockCut, SetCut, Where};
@@ -48,7 +49,7 @@ enum CutShape {
 
 /// Rock before the cuts.
 struct WholeRock<'a> {
-    shapes: &'a [Vec<Polyhedron>],
+    shapes: &'a [RegionParts],
     groups: Vec<RegionGroup>,
     /// Corners of all regions `[m]`.
     corners: Vec<Vec3>,
@@ -56,15 +57,18 @@ struct WholeRock<'a> {
     bounds: [Vec3; 2],
 }
 
-/// Cells of all regions after all cuts.
-pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex, Vec<Fault>> {
+/// Cells of all regions after all cuts, and the discs and polygons of these.
+pub(super) fn cut(
+    deck: &Deck,
+    shapes: &[RegionParts],
+) -> Result<(CellComplex, Vec<RockFracture>), Vec<Fault>> {
     let whole = WholeRock::new(deck, shapes);
     for count in [far_origin, too_many_discs, too_many, too_close] {
         if let Some(fault) = count(deck, &whole) {
             return Err(vec![fault]);
         }
     }
-    let mut rock = CellComplex::new(shapes);
+    let (mut rock, mut fractures) = (CellComplex::of_regions(shapes), Vec::new());
     for (number, entry) in deck.cut.iter().enumerate() {
         let at = format!("cut[{number}]");
         let chosen = chosen(&rock, &entry.r#where, whole.bounds);
@@ -74,6 +78,11 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
         let cuts = whole.cuts(entry, number as u32);
         let mut all = CutCount::default();
         for region_cut in &cuts {
+            if let CutShape::Fractures(all) = &region_cut.shape
+                && entry.surface.is_none()
+            {
+                fractures.extend(listed(all, number as u32, &region_cut.compass));
+            }
             // Cells made by the planes of other regions are not selected.
             let is_chosen = |cell: usize| chosen.get(cell).is_some_and(|chosen| *chosen);
             let allowed =
@@ -114,13 +123,13 @@ pub(super) fn cut(deck: &Deck, shapes: &[Vec<Polyhedron>]) -> Result<CellComplex
             return Err(vec![fault]);
         }
     }
-    Ok(rock)
+    Ok((rock, fractures))
 }
 
 impl<'a> WholeRock<'a> {
-    fn new(deck: &Deck, shapes: &'a [Vec<Polyhedron>]) -> Self {
-        let corners: Vec<Vec3> =
-            shapes.iter().flatten().flat_map(|part| part.points.iter().copied()).collect();
+    fn new(deck: &Deck, shapes: &'a [RegionParts]) -> Self {
+        let parts = shapes.iter().flat_map(|shape| &shape.parts);
+        let corners: Vec<Vec3> = parts.flat_map(|part| part.points.iter().copied()).collect();
         let bounds = bounds(&corners);
         Self { shapes, groups: groups(deck), corners, bounds }
     }
@@ -269,7 +278,7 @@ fn too_many(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
         let of = |set: &SetCut| joint_set(set, &group.compass, whole.middle());
         let everywhere = all().filter(|(_, cut, _)| cut.r#where.is_everywhere());
         let sets: Vec<JointSet> = everywhere.map(|(_, _, set)| of(set)).collect();
-        let parts = group.regions.iter().flat_map(|&region| &whole.shapes[region as usize]);
+        let parts = group.regions.iter().flat_map(|&region| &whole.shapes[region as usize].parts);
         cells += parts.map(|part| expected_cells(part, &sets)).sum::<f64>();
         cells = all().map(|(_, _, set)| of(set).expected(&whole.corners)).fold(cells, f64::max);
     }

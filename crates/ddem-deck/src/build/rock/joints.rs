@@ -1,97 +1,91 @@
 //! Joints between the parts of cells.
 
-use ddem_core::Fault;
 use ddem_core::element::Elastic;
 use ddem_core::problem::{
-    BlockFace, FaceId, Geometry, JointElasticity, JointProperties, NonconformingJoint,
+    BlockFace, FaceId, Geometry, JointElasticity, JointProperties, NonconformingJoint, Vec3,
 };
 use ddem_cut::{CellPart, CommonFace, PlaneSource};
 
 use super::blocks::RockBlocks;
-use crate::build::geometry::{Selector, nothing};
-use crate::schema::RockRegion;
+use crate::schema::{Deck, RockRegion};
 
 /// Thickness of rock whose compliance the springs between joined cells have where their nodes do not
 /// match, as a fraction of the height of an element.
 const STIFF: f64 = 0.1;
 
+/// Origin of a joint: what holds where nothing is assigned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct JointOrigin {
+    /// Number of the joint.
+    pub(super) own: u16,
+    /// Number of the cut; `None` between cells of a file.
+    pub(super) cut: Option<u32>,
+    /// Regions on both sides.
+    pub(super) regions: [usize; 2],
+    /// True for rock, which no entry replaces.
+    pub(super) is_rock: bool,
+}
+
 impl RockBlocks<'_> {
-    /// Joints between parts of cells that are not joined, sorted by their blocks.
-    pub(super) fn joints(
-        &self,
-        geometry: &Geometry,
-    ) -> Result<Vec<NonconformingJoint>, Vec<Fault>> {
-        let assigned: Vec<(usize, u16, Selector)> = self
-            .assigned()
-            .filter_map(|(index, entry, selector)| {
-                Some((index, self.names.joint(entry.joint.as_ref()?)?, selector))
-            })
-            .collect();
-        let mut used = vec![false; assigned.len()];
+    /// Joints between parts of cells that are not joined, sorted by their blocks, before anything is
+    /// assigned.
+    pub(super) fn joints(&self, geometry: &Geometry) -> Vec<(NonconformingJoint, JointOrigin)> {
         let mut joints = Vec::new();
         for face in self.rock.common.iter().filter(|face| self.both_exist(face)) {
-            let plane = &self.rock.complex.planes()[face.plane as usize];
-            let tied = self.rock.is_joined(face);
-            if tied && face.matches {
-                continue;
-            }
-            if tied {
-                // Nodes of one side have no partner where a cut ended: stiff springs hold the faces.
-                let joint = self.stiff_joint(self.region(face.cells[0] as usize));
-                let faces = self.facing(geometry, face).into_iter();
-                joints.extend(faces.map(|(faces, area)| self.joint(faces, joint, area)));
-                continue;
-            }
-            let (number, bridge) = match plane.source {
-                PlaneSource::Region => continue,
-                PlaneSource::Cut(number) => (number, false),
-                PlaneSource::Bridge(number) => (number, true),
-            };
-            let own = self.deck.cut[number as usize].joint.as_ref();
-            let Some(own) = own.and_then(|name| self.names.joint(name)) else { continue };
+            let Some(origin) = self.origin(face) else { continue };
             for (faces, area) in self.facing(geometry, face) {
-                let (centre, normal) = (faces[0].centre(geometry), faces[0].outward(geometry));
-                if bridge || !self.rock.complex.covers(face.plane, &centre) {
-                    let joint = self.bridge(number, face);
-                    joints.push(self.joint(faces, joint, area));
-                    continue;
-                }
-                let mut joint = own;
-                for (at, (_, other, selector)) in assigned.iter().enumerate() {
-                    let in_set =
-                        face.cells.iter().any(|&c| selector.has_set(self.region(c as usize)));
-                    if in_set
-                        && self.of_cut(assigned[at].0, number)
-                        && selector.contains_face(&centre, &normal)
-                    {
-                        (joint, used[at]) = (*other, true);
-                    }
-                }
-                joints.push(self.joint(faces, joint, area));
+                let origin = self.beside_fracture(origin, face, &faces[0].centre(geometry));
+                joints.push((self.joint(faces, origin.own, area), origin));
             }
         }
-        let unused = assigned
-            .iter()
-            .zip(used)
-            .filter(|((index, ..), used)| !used && self.deck.assign[*index].material.is_none());
-        let faults: Vec<Fault> = unused
-            .map(|((index, ..), _)| nothing(format!("assign[{index}].where"), "no joint"))
-            .collect();
-        joints.sort_by_key(|joint: &NonconformingJoint| joint.blocks);
-        if faults.is_empty() { Ok(joints) } else { Err(faults) }
+        joints.sort_by_key(|(joint, _)| joint.blocks);
+        joints
     }
 
-    /// True if an `assign` selects the joints of a cut.
-    fn of_cut(&self, entry: usize, cut: u32) -> bool {
-        let name = self.deck.assign[entry].r#where.cut.as_ref();
-        name.is_none_or(|name| self.deck.cut[cut as usize].name.as_ref() == Some(name))
+    /// Origin of the joints in a common face; `None` if there are none.
+    fn origin(&self, face: &CommonFace) -> Option<JointOrigin> {
+        let regions = face.cells.map(|cell| self.region(cell as usize));
+        if self.rock.is_joined(face) {
+            // Nodes of one side have no partner where a cut ended: stiff springs hold the faces.
+            let own = self.stiff_joint(regions[0]);
+            return (!face.matches).then_some(JointOrigin {
+                own,
+                cut: None,
+                regions,
+                is_rock: true,
+            });
+        }
+        // Cells of a file have no cut.
+        let (cut, is_rock) = match self.rock.complex.planes()[face.plane as usize].source {
+            PlaneSource::Region => (None, false),
+            PlaneSource::Cut(cut) => (Some(cut), false),
+            PlaneSource::Bridge(cut) => (Some(cut), true),
+        };
+        let own = match cut {
+            Some(cut) => self.deck.cut[cut as usize].joint.as_ref(),
+            None => self.rock.file_joint(face),
+        };
+        let own = self.names.joint(own?)?;
+        let own = cut.filter(|_| is_rock).map_or(own, |cut| self.bridge(cut, regions[0]));
+        Some(JointOrigin { own, cut, regions, is_rock })
+    }
+
+    /// Origin of a joint at a point: a bridge of rock, if a fracture does not reach there.
+    fn beside_fracture(&self, origin: JointOrigin, face: &CommonFace, at: &Vec3) -> JointOrigin {
+        match origin.cut.filter(|_| !self.rock.complex.covers(face.plane, at)) {
+            Some(cut) => {
+                let own = self.bridge(cut, origin.regions[0]);
+                JointOrigin { own, is_rock: true, ..origin }
+            }
+            None => origin,
+        }
     }
 
     /// Number of the joint in the bridges of rock that a cut leaves: that of the deck, or a stiff one.
-    fn bridge(&self, cut: u32, face: &CommonFace) -> u16 {
+    fn bridge(&self, cut: u32, region: usize) -> u16 {
         let named = self.deck.cut[cut as usize].bridge_joint();
         let joint = named.and_then(|name| self.names.joint(name));
-        joint.unwrap_or_else(|| self.stiff_joint(self.region(face.cells[0] as usize)))
+        joint.unwrap_or_else(|| self.stiff_joint(region))
     }
 
     /// Number of the joint that holds joined cells of a region where their nodes do not match. Such
@@ -122,15 +116,13 @@ impl RockBlocks<'_> {
 
     fn joint(&self, faces: [BlockFace; 2], joint: u16, area: f64) -> NonconformingJoint {
         let [a, b] = if faces[0].block < faces[1].block { faces } else { [faces[1], faces[0]] };
-        let properties = self.deck.joints.values().nth(joint.into());
-        let stiffness = properties.and_then(|joint| joint.stiffness(&self.deck.materials));
         NonconformingJoint {
             blocks: [a.block as u32, b.block as u32],
             faces: [a.face, b.face],
             joint,
             area,
             gap: 0.0,
-            stiffness: stiffness.map_or(0.0, |[normal, _]| normal),
+            stiffness: normal_stiffness(self.deck, joint),
         }
     }
 
@@ -167,4 +159,11 @@ impl RockBlocks<'_> {
         };
         self.parts[cell].iter().enumerate().filter_map(of).collect()
     }
+}
+
+/// Normal stiffness of a joint of the deck `[Pa/m]`, 0 for others.
+pub(super) fn normal_stiffness(deck: &Deck, joint: u16) -> f64 {
+    let properties = deck.joints.values().nth(joint.into());
+    let stiffness = properties.and_then(|joint| joint.stiffness(&deck.materials));
+    stiffness.map_or(0.0, |[normal, _]| normal)
 }

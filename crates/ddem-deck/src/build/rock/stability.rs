@@ -63,15 +63,18 @@ pub struct BlockVerdict {
     pub plunge_trend: Option<[f64; 2]>,
     /// Cuts with the joints on which the block slides.
     pub on: Vec<u32>,
+    /// Area of the free faces of the cell `[m²]`.
+    pub free_area: f64,
 }
 
-/// Face of a block on a joint, with the number of the cut, or on a smooth wall without one; the
+/// Face of a block on a joint, with the number of the cut if a cut made it, or on a smooth wall; the
 /// strength is `None` if there is no linear one.
 #[derive(Clone, Copy)]
 struct ExposedJoint {
     normal: Vec3,
     area: f64,
     cut: Option<u32>,
+    is_wall: bool,
     strength: Option<[f64; 2]>,
 }
 
@@ -103,13 +106,15 @@ impl CutRock {
             self.is_joined(face) && face.cells.iter().all(|&cell| !stage.removed[cell as usize])
         };
         let blocks = self.complex.blocks_where(&self.common, is_whole);
-        let around = stage.surroundings(&blocks);
+        let mut free_areas = vec![0.0; blocks.len()];
+        let around = stage.surroundings(&blocks, &mut free_areas);
         let of = |(cell, &block): (usize, &u32)| {
             if stage.removed[cell] {
                 return BlockVerdict::still(BlockMode::Removed);
             }
             let north = Compass::new(self.region(cell).north.into()).unwrap_or_default();
-            around[block as usize].verdict(&north)
+            let verdict = around[block as usize].verdict(&north);
+            BlockVerdict { free_area: free_areas[cell], ..verdict }
         };
         blocks.iter().enumerate().map(of).collect()
     }
@@ -156,8 +161,8 @@ impl<'a> FirstStage<'a> {
         Self { rock, removed, fixed, assigned }
     }
 
-    /// Surroundings of each block.
-    fn surroundings(&self, blocks: &[u32]) -> Vec<Surroundings> {
+    /// Surroundings of each block. Adds the areas of free faces to those of their cells.
+    fn surroundings(&self, blocks: &[u32], free_areas: &mut [f64]) -> Vec<Surroundings> {
         let rock = self.rock;
         let n = blocks.iter().max().map_or(0, |last| *last as usize + 1);
         let mut around = vec![Surroundings::default(); n];
@@ -168,8 +173,14 @@ impl<'a> FirstStage<'a> {
             let [own, other] = [blocks[a] as usize, blocks[b] as usize];
             match [self.removed[a], self.removed[b]] {
                 [true, true] => {}
-                [true, false] => around[other].free = true,
-                [false, true] => around[own].free = true,
+                [true, false] => {
+                    around[other].free = true;
+                    free_areas[b] += rock.complex.common_area(common);
+                }
+                [false, true] => {
+                    around[own].free = true;
+                    free_areas[a] += rock.complex.common_area(common);
+                }
                 [false, false] if own == other => {}
                 [false, false] => match self.joint(common) {
                     Some(joint) => {
@@ -190,19 +201,19 @@ impl<'a> FirstStage<'a> {
             block.weight += gravity * (density * rock.properties[cell].volume);
             for face in 0..rock.complex.cells()[cell].faces.len() {
                 if !shared.contains(&(cell, face as u32)) {
-                    self.outer(cell, face, block);
+                    free_areas[cell] += self.outer(cell, face, block);
                 }
             }
         }
         around
     }
 
-    /// Adds an outer face of a cell to the surroundings of its block.
-    fn outer(&self, cell: usize, face: usize, block: &mut Surroundings) {
+    /// Adds an outer face of a cell to the surroundings of its block. Returns its area if it is free.
+    fn outer(&self, cell: usize, face: usize, block: &mut Surroundings) -> f64 {
         let complex = &self.rock.complex;
         let face = &complex.cells()[cell].faces[face];
         if complex.plane(face).source != PlaneSource::Region {
-            return;
+            return 0.0;
         }
         let corners = || face.corners.iter().map(|&corner| complex.points()[corner as usize]);
         let holds = |(selector, _): &&(Selector, &str)| match selector.planes() {
@@ -218,18 +229,23 @@ impl<'a> FirstStage<'a> {
             let free = normal.z > UPWARD;
             block.free |= free;
             block.held |= !free;
+            if free {
+                return face.area(complex.points()).norm();
+            }
         } else if supports.all(|axes| is_smooth(axes, &normal)) {
             // The block can neither leave the wall nor enter it.
             let wall = |normal: Vec3| ExposedJoint {
                 normal,
                 area: face.area(complex.points()).norm(),
                 cut: None,
+                is_wall: true,
                 strength: Some([0.0; 2]),
             };
             block.joints.extend([wall(normal), wall(-normal)]);
         } else {
             block.held = true;
         }
+        0.0
     }
 
     /// Joint of a common face with the normal out of its first cell; `None` if rock holds it.
@@ -238,29 +254,40 @@ impl<'a> FirstStage<'a> {
         let face = &complex.cells()[common.cells[0] as usize].faces[common.faces[0] as usize];
         let (centre, normal) = (complex.middle(face), complex.outward(face));
         let (cut, bridge) = match complex.plane(face).source {
-            PlaneSource::Region => return None,
-            PlaneSource::Cut(cut) => (cut, !complex.covers(common.plane, &centre)),
-            PlaneSource::Bridge(cut) => (cut, true),
+            PlaneSource::Region => (None, false),
+            PlaneSource::Cut(cut) => (Some(cut), !complex.covers(common.plane, &centre)),
+            PlaneSource::Bridge(cut) => (Some(cut), true),
         };
-        let entry = rock.deck.cut.get(cut as usize)?;
-        if complex.fracture(common.plane).is_some() && entry.bridge_joint().is_none() {
+        let entry = cut.and_then(|cut| rock.deck.cut.get(cut as usize));
+        if complex.fracture(common.plane).is_some() && entry?.bridge_joint().is_none() {
             // Rock beside the fracture holds the face unless the fracture covers all of it.
             let corners = face.corners.iter().map(|&corner| complex.points()[corner as usize]);
             if !corners.into_iter().all(|x| complex.covers(common.plane, &x)) {
                 return None;
             }
         }
-        let mut name = if bridge { entry.bridge_joint()? } else { entry.joint.as_ref()? };
+        let mut name = match entry {
+            Some(entry) if bridge => entry.bridge_joint()?,
+            Some(entry) => entry.joint.as_ref()?,
+            None => rock.file_joint(common)?,
+        };
         let regions = common.cells.map(|cell| complex.cells()[cell as usize].region as usize);
         for (selector, of_cut, joint) in self.assigned.iter().filter(|_| !bridge) {
-            let same = of_cut.is_none_or(|name| entry.name.as_ref() == Some(name));
+            let same =
+                of_cut.is_none_or(|name| entry.and_then(|of| of.name.as_ref()) == Some(name));
             let in_set = regions.iter().any(|&region| selector.has_set(region));
             if same && in_set && selector.contains_face(&centre, &normal) {
                 name = joint;
             }
         }
         let strength = rock.deck.joints.get(name).and_then(strength);
-        Some(ExposedJoint { normal, area: complex.common_area(common), cut: Some(cut), strength })
+        Some(ExposedJoint {
+            normal,
+            area: complex.common_area(common),
+            cut,
+            is_wall: false,
+            strength,
+        })
     }
 }
 
@@ -304,7 +331,7 @@ impl Surroundings {
         on.dedup();
         let is_joint = |normal: &Vec3| {
             let of = |joint: &ExposedJoint| (normal - joint.normal).norm() < 1e-9;
-            self.joints.iter().any(|joint| joint.cut.is_some() && of(joint))
+            self.joints.iter().any(|joint| !joint.is_wall && of(joint))
         };
         let mode = match normals().filter(is_joint).count() {
             0 => BlockMode::Falls,
@@ -314,12 +341,12 @@ impl Surroundings {
         let linear = below().all(|joint| joint.strength.is_some());
         let factor = linear.then(|| motion.factor(&faces));
         let plunge_trend = Some(compass.plunge_trend(&motion.direction));
-        BlockVerdict { mode, factor, plunge_trend, on }
+        BlockVerdict { mode, factor, plunge_trend, on, free_area: 0.0 }
     }
 }
 
 impl BlockVerdict {
     fn still(mode: BlockMode) -> Self {
-        Self { mode, factor: None, plunge_trend: None, on: Vec::new() }
+        Self { mode, factor: None, plunge_trend: None, on: Vec::new(), free_area: 0.0 }
     }
 }

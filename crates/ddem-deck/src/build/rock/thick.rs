@@ -18,6 +18,8 @@ impl CutRock {
             let names = [("joint", cut.joint.as_ref()), ("bridge", cut.bridge_joint())];
             names.map(|(key, name)| (format!("cut[{i}].{key}"), name))
         });
+        let files = deck.region.iter().enumerate();
+        let files = files.map(|(i, of)| (format!("region[{i}].joint"), of.joint.as_ref()));
         let assigned = deck.assign.iter().enumerate();
         let assigned =
             assigned.map(|(i, entry)| (format!("assign[{i}].joint"), entry.joint.as_ref()));
@@ -40,7 +42,7 @@ impl CutRock {
             );
             Some(Fault::new(ErrorCode::OutOfRange, place, message).help(help))
         };
-        cuts.chain(assigned).filter_map(fault).collect()
+        files.chain(cuts).chain(assigned).filter_map(fault).collect()
     }
 }
 

@@ -1,0 +1,142 @@
+//! `[[assign]]` in regions: joints and materials of cells in each stage.
+
+use std::sync::Arc;
+
+use ddem_core::Fault;
+use ddem_core::problem::{BlockFace, FaceId, Geometry, NonconformingJoint, Sets};
+
+use super::CutRock;
+use super::joints::{JointOrigin, normal_stiffness};
+use crate::build::geometry::{Names, Selector, changed, in_force, nothing};
+use crate::schema::{Assign, Deck};
+
+/// Joints and materials of cells where nothing is assigned.
+pub(in crate::build) struct AssignedRock<'a> {
+    pub(super) deck: &'a Deck,
+    pub(super) names: &'a Names,
+    pub(super) sets: &'a Sets,
+    pub(super) rock: &'a CutRock,
+    /// Origins of the nonconforming joints, in their order, with the blocks and faces of these.
+    pub(super) origins: Vec<(FacePair, JointOrigin)>,
+}
+
+/// Blocks and faces of a joint.
+pub(super) type FacePair = ([u32; 2], [FaceId; 2]);
+
+pub(super) fn face_pair(joint: &NonconformingJoint) -> FacePair {
+    (joint.blocks, joint.faces)
+}
+
+impl AssignedRock<'_> {
+    /// Gives a geometry the joints and materials of a stage. Returns faults of entries that select
+    /// nothing.
+    pub(super) fn assign(&self, geometry: &mut Geometry, stage: usize) -> Vec<Fault> {
+        let entries: Vec<(usize, &Assign, Selector)> = in_force(self.deck, stage)
+            .map(|(index, entry)| (index, entry, Selector::new(&entry.r#where, self.sets)))
+            .collect();
+        let joints = self.assign_joints(geometry, &entries);
+        let materials = self.assign_materials(geometry, &entries);
+        let unused = entries.iter().zip(joints.into_iter().zip(materials));
+        let unused = unused.filter(|(_, (joint, material))| !joint && !material);
+        let what = |entry: &Assign| match (&entry.joint, &entry.material) {
+            (Some(_), Some(_)) => "no joint and no block",
+            (Some(_), None) => "no joint",
+            _ => "no block",
+        };
+        let fault = |(index, entry): (usize, &Assign)| {
+            nothing(format!("assign[{index}].where"), what(entry))
+        };
+        unused.map(|((index, entry, _), _)| fault((*index, entry))).collect()
+    }
+
+    /// Gives a geometry in which blocks may have been removed the joints and materials of a stage.
+    pub(in crate::build) fn reassign(&self, geometry: &mut Geometry, stage: usize) -> Vec<Fault> {
+        let before = geometry.clone();
+        let mut faults = self.assign(geometry, stage);
+        faults.extend(changed(geometry, &before, (self.deck, self.names), stage));
+        faults
+    }
+
+    /// Returns which entries select joints.
+    fn assign_joints(
+        &self,
+        geometry: &mut Geometry,
+        entries: &[(usize, &Assign, Selector)],
+    ) -> Vec<bool> {
+        let mut used = vec![false; entries.len()];
+        let mut joints = geometry.nonconforming_joints.to_vec();
+        // Joints of removed blocks may be left out.
+        let mut origins = self.origins.iter();
+        for joint in &mut joints {
+            let own = face_pair(joint);
+            let Some((_, origin)) = origins.find(|(pair, _)| *pair == own) else { break };
+            let [a, b] = [0, 1].map(|side| BlockFace {
+                block: joint.blocks[side] as usize,
+                face: joint.faces[side],
+            });
+            let exists = ![a.block, b.block].iter().any(|&block| geometry.is_removed(block));
+            let mut number = origin.own;
+            for (at, (_, entry, selector)) in entries.iter().enumerate() {
+                let Some(named) = entry.joint.as_ref().and_then(|name| self.names.joint(name))
+                else {
+                    continue;
+                };
+                if !origin.is_rock
+                    && self.of_cut(entry, origin)
+                    && origin.regions.iter().any(|&region| selector.has_set(region))
+                    && selector.contains_face(&a.centre(geometry), &a.outward(geometry))
+                {
+                    number = named;
+                    used[at] |= exists;
+                }
+            }
+            if number != joint.joint {
+                (joint.joint, joint.stiffness) = (number, normal_stiffness(self.deck, number));
+            }
+        }
+        geometry.join(joints);
+        used
+    }
+
+    /// True if an entry may select the joints of an origin by the name of the cut.
+    fn of_cut(&self, entry: &Assign, origin: &JointOrigin) -> bool {
+        let own = origin.cut.and_then(|cut| self.deck.cut[cut as usize].name.as_ref());
+        entry.r#where.cut.as_ref().is_none_or(|name| own == Some(name))
+    }
+
+    /// Returns which entries select blocks.
+    fn assign_materials(
+        &self,
+        geometry: &mut Geometry,
+        entries: &[(usize, &Assign, Selector)],
+    ) -> Vec<bool> {
+        let rock = self.rock;
+        let mut used = vec![false; entries.len()];
+        let materials: Vec<u16> = (0..rock.properties.len())
+            .map(|cell| {
+                let mut material = &rock.region(cell).material;
+                for (at, (_, entry, selector)) in entries.iter().enumerate() {
+                    let Some(named) = &entry.material else { continue };
+                    if rock.selects(selector, cell) {
+                        (material, used[at]) = (named, true);
+                    }
+                }
+                self.names.material(material).unwrap_or_default()
+            })
+            .collect();
+        let own = |geometry: &Geometry, block: usize| {
+            geometry.part(block).map(|part| materials[part.cell as usize])
+        };
+        for block in 0..geometry.blocks.len() {
+            let now = geometry.blocks[block].material;
+            let Some(material) = own(geometry, block).filter(|material| *material != now) else {
+                continue;
+            };
+            let lattice = geometry.blocks[block].lattice as usize;
+            let lattice = Arc::make_mut(&mut geometry.lattices[lattice]);
+            Arc::make_mut(&mut lattice.material).fill(material);
+            Arc::make_mut(&mut geometry.blocks)[block].material = material;
+        }
+        used
+    }
+}

@@ -1,0 +1,420 @@
+//! Regions from files: surfaces, convex bodies and tessellations, and messages about wrong ones.
+
+use std::collections::HashMap;
+use std::fmt::Write;
+use std::fs;
+
+use ddem_core::problem::Vec3;
+use ddem_cut::{CellComplex, Polyhedron, voronoi_seeds};
+use ddem_deck::{BuiltDeck, CutRock, Deck, file_contents, read, restore_files};
+
+const HEAD: &str = "
+[materials.granite]
+density = 2700.0
+young = 50e9
+poisson = 0.25
+[joints.grain]
+normal_stiffness = 20e9
+shear_stiffness = 8e9
+cohesion = 10e6
+";
+
+/// Deck with a region of a file, and the content of the file; or messages about it.
+fn of_file(name: &str, content: &[u8], keys: &str) -> Result<Deck, Vec<String>> {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("deck.toml");
+    let text = format!("{HEAD}[[region]]\nfile = '{name}'\nmaterial = 'granite'\n{keys}\n");
+    fs::write(&path, text).unwrap();
+    fs::write(folder.path().join(name), content).unwrap();
+    let folder = folder.path().to_string_lossy();
+    let messages = |error: ddem_deck::DeckError| {
+        let faults = error.findings().iter().map(|one| one.fault.to_string());
+        faults.map(|fault| fault.replace(&*folder, "DIR")).collect::<Vec<_>>()
+    };
+    read(&path).map(|(deck, _)| deck).map_err(messages)
+}
+
+fn cut(name: &str, content: &str, keys: &str) -> Result<CutRock, Vec<String>> {
+    let deck = of_file(name, content.as_bytes(), keys)?;
+    let messages = |error: ddem_core::ModelError| {
+        error.faults.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    deck.cut_regions().map_err(messages)
+}
+
+fn volume(rock: &CutRock) -> f64 {
+    rock.properties.iter().map(|cell| cell.volume).sum()
+}
+
+/// Quadrilaterals of a box, counter-clockwise as seen from outside.
+fn cuboid(low: [f64; 3], high: [f64; 3]) -> Vec<[[f64; 3]; 4]> {
+    let corner = |k: usize| [0, 1, 2].map(|d| if k >> d & 1 == 1 { high[d] } else { low[d] });
+    let quads =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    quads.map(|four| four.map(corner)).to_vec()
+}
+
+/// OBJ of bodies with faces; `parts` divides a face into those that the file has.
+fn obj(bodies: &[Vec<Vec<[f64; 3]>>]) -> String {
+    let (mut text, mut n) = ("# bricks\n".to_owned(), 0);
+    for (body, faces) in bodies.iter().enumerate() {
+        writeln!(text, "g brick {body}").unwrap();
+        for face in faces {
+            for [x, y, z] in face {
+                writeln!(text, "v {x} {y} {z}").unwrap();
+            }
+            let numbers: Vec<String> = (1..=face.len()).map(|k| format!("{}//1", n + k)).collect();
+            writeln!(text, "f {}", numbers.join(" ")).unwrap();
+            n += face.len();
+        }
+    }
+    text
+}
+
+fn whole(quads: &[[[f64; 3]; 4]]) -> Vec<Vec<[f64; 3]>> {
+    quads.iter().map(|quad| quad.to_vec()).collect()
+}
+
+/// Four triangles around the middle of each quadrilateral.
+fn fanned(quads: &[[[f64; 3]; 4]]) -> Vec<Vec<[f64; 3]>> {
+    let fan = |quad: &[[f64; 3]; 4]| {
+        let middle = [0, 1, 2].map(|k| quad.iter().map(|corner| corner[k]).sum::<f64>() / 4.0);
+        let quad = *quad;
+        (0..4).map(move |i| vec![quad[i], quad[(i + 1) % 4], middle])
+    };
+    quads.iter().flat_map(fan).collect()
+}
+
+fn stl(faces: &[Vec<[f64; 3]>]) -> String {
+    let mut text = "solid body\n".to_owned();
+    for face in faces {
+        for k in 2..face.len() {
+            text += "facet normal 0 0 0\nouter loop\n";
+            for [x, y, z] in [face[0], face[k - 1], face[k]] {
+                writeln!(text, "vertex {x} {y} {z}").unwrap();
+            }
+            text += "endloop\nendfacet\n";
+        }
+    }
+    text + "endsolid body\n"
+}
+
+/// Bricks of 2 × 1 × 1 m in running bond: two in the lower course, one above both, and halves beside it.
+fn wall() -> Vec<Vec<[[f64; 3]; 4]>> {
+    let brick = |x: [f64; 2], z: f64| cuboid([x[0], 0.0, z], [x[1], 1.0, z + 1.0]);
+    vec![
+        brick([0.0, 2.0], 0.0),
+        brick([2.0, 4.0], 0.0),
+        brick([0.0, 1.0], 1.0),
+        brick([1.0, 3.0], 1.0),
+        brick([3.0, 4.0], 1.0),
+    ]
+}
+
+#[test]
+fn bricks_of_an_obj_file_have_joints_where_they_touch() {
+    let [plain, triangles] = [whole, fanned].map(|faces| {
+        let bodies: Vec<_> = wall().iter().map(|quads| faces(quads)).collect();
+        cut("wall.obj", &obj(&bodies), "joint = 'grain'").unwrap()
+    });
+    for rock in [&plain, &triangles] {
+        assert_eq!(rock.properties.len(), 5);
+        assert_eq!(rock.blocks, [0, 1, 2, 3, 4]);
+        assert_eq!(volume(rock), 8.0);
+        // A bed joint of 4 m² in four parts, and three head joints of 1 m².
+        let area: f64 = rock.common.iter().map(|face| rock.complex.common_area(face)).sum();
+        assert!((area - 7.0).abs() < 1e-12, "{area}");
+        assert_eq!(rock.common.iter().filter(|face| rock.is_joint(face)).count(), 7);
+        // Triangles in one plane are one face.
+        assert!(rock.complex.cells().iter().all(|cell| cell.faces.len() == 6));
+    }
+    let joined: Vec<_> = wall().iter().map(|quads| whole(quads)).collect();
+    let joined = cut("wall.obj", &obj(&joined), "join = true").unwrap();
+    assert_eq!(joined.blocks, [0; 5]);
+}
+
+#[test]
+fn runs_of_bricks_have_the_areas_of_their_joints() {
+    let bodies: Vec<_> = wall().iter().map(|quads| whole(quads)).collect();
+    let support = "joint = 'grain'\n[[fix]]\nwhere = { z = 0 }\naxes = 'xyz'\n[[stage]]\nname = 'rest'\nkind = 'relax'";
+    let deck = of_file("wall.obj", obj(&bodies).as_bytes(), support).unwrap();
+    let built = BuiltDeck::new(&deck).unwrap_or_else(|error| panic!("{error}"));
+    let model = built.model();
+    assert_eq!(model.n_whole_blocks(), 5);
+    let area: f64 = model.geometry().joined().map(|joint| joint.area).sum();
+    assert!((area - 7.0).abs() < 1e-12, "{area}");
+    // The file is part of a checkpoint.
+    let contents = file_contents(&deck);
+    let mut restored = deck.clone();
+    restored.region[0].file.as_mut().unwrap().content = None;
+    assert!(restore_files(&mut restored, &contents));
+    assert_eq!(restored, deck);
+    restored.region[0].file.as_mut().unwrap().content = None;
+    let cut_off = contents.into_iter().map(|(path, all)| (path, all[..all.len() - 1].to_vec()));
+    assert!(!restore_files(&mut restored, &cut_off.collect()));
+}
+
+/// Volume within faces `[m³]`, by the divergence theorem.
+fn enclosed(faces: &[Vec<Vec3>]) -> f64 {
+    let cone = |face: &Vec<Vec3>| -> f64 {
+        (2..face.len()).map(|k| face[0].dot(&face[k - 1].cross(&face[k]))).sum()
+    };
+    faces.iter().map(cone).sum::<f64>() / 6.0
+}
+
+/// Tessellation of Voronoi cells of a box in the format of Neper, and the volumes of the cells that its
+/// numbers give.
+fn tessellation(n: usize, size: Vec3) -> (String, Vec<f64>) {
+    let seeds = voronoi_seeds([Vec3::zeros(), size], n, 0.0, 3, 0);
+    let mut rock = CellComplex::new(&[vec![Polyhedron::brick(Vec3::zeros(), size).unwrap()]]);
+    rock.cut_voronoi(&seeds, 0, false, vec![true]);
+    let mut text = format!(
+        "***tess\n **format\n   3.4\n **general\n   3 standard\n **cell\n   {n}\n  *seed\n"
+    );
+    for (i, seed) in seeds.iter().enumerate() {
+        writeln!(text, "   {} {:.12} {:.12} {:.12} 0.0", i + 1, seed.x, seed.y, seed.z).unwrap();
+    }
+    // Vertices that cells have, with twelve digits as in Neper's files.
+    let mut vertices: HashMap<u32, usize> = HashMap::new();
+    let (mut points, mut edges, mut faces) = (Vec::new(), Vec::new(), Vec::new());
+    let mut edge_numbers: HashMap<(u32, u32), usize> = HashMap::new();
+    let mut face_numbers: HashMap<Vec<u32>, usize> = HashMap::new();
+    let (mut cells, mut volumes) = (Vec::new(), Vec::new());
+    for cell in rock.cells() {
+        let (mut signed, mut polygons) = (Vec::new(), Vec::new());
+        for face in &cell.faces {
+            for &corner in &face.corners {
+                vertices.entry(corner).or_insert_with(|| {
+                    let x = rock.points()[corner as usize];
+                    let rounded = |x: f64| format!("{x:.12}").parse::<f64>().unwrap();
+                    points.push(x.map(rounded));
+                    points.len()
+                });
+            }
+            let known = face_numbers.get(&face.sorted_corners()).copied();
+            let number = known.unwrap_or_else(|| {
+                let of_edge = |(a, b): (u32, u32)| {
+                    let number = *edge_numbers.entry((a.min(b), a.max(b))).or_insert_with(|| {
+                        edges.push((vertices[&a], vertices[&b]));
+                        edges.len()
+                    });
+                    let turned = edges[number - 1].0 != vertices[&a];
+                    if turned { -(number as i64) } else { number as i64 }
+                };
+                let own: Vec<String> = face.edges().map(of_edge).map(|e| e.to_string()).collect();
+                let corners: Vec<String> =
+                    face.corners.iter().map(|corner| vertices[corner].to_string()).collect();
+                let normal = rock.outward(face);
+                let offset = normal.dot(&rock.middle(face));
+                faces.push(format!(
+                    "{} {}\n     {} {}\n    {:.12} {:.12} {:.12} {:.12}\n     0 0 0.0 0.0 0.0",
+                    corners.len(),
+                    corners.join(" "),
+                    own.len(),
+                    own.join(" "),
+                    offset,
+                    normal.x,
+                    normal.y,
+                    normal.z,
+                ));
+                face_numbers.insert(face.sorted_corners(), faces.len());
+                faces.len()
+            });
+            signed.push(if known.is_some() { -(number as i64) } else { number as i64 });
+            polygons.push(face.corners.iter().map(|c| points[vertices[c] - 1]).collect::<Vec<_>>());
+        }
+        let signed: Vec<String> = signed.iter().map(ToString::to_string).collect();
+        cells.push(format!("{} {}", signed.len(), signed.join(" ")));
+        volumes.push(enclosed(&polygons));
+    }
+    let mut section = |name: &str, rows: Vec<String>| {
+        writeln!(text, " {name}\n {}", rows.len()).unwrap();
+        for (i, row) in rows.iter().enumerate() {
+            writeln!(text, "   {} {row}", i + 1).unwrap();
+        }
+    };
+    let place = |x: &Vec3| format!("{:.12} {:.12} {:.12}", x.x, x.y, x.z);
+    section("**vertex", points.iter().map(|x| format!("{}     0", place(x))).collect());
+    section("**edge", edges.iter().map(|(a, b)| format!("{a} {b} 0")).collect());
+    section("**face", faces);
+    section("**polyhedron", cells);
+    text += " **domain\n  *general\n   cube\n";
+    let corner =
+        |k: usize| Vec3::from([0, 1, 2].map(|d| if k >> d & 1 == 1 { size[d] } else { 0.0 }));
+    text += "  *vertex\n   8\n";
+    for k in 0..8 {
+        writeln!(text, "   {} {} label\n      1 1", k + 1, place(&corner(k))).unwrap();
+    }
+    text += "  *edge\n   0\n  *face\n   6\n";
+    let sides =
+        [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    for (i, side) in sides.iter().enumerate() {
+        let side = side.map(|k: usize| (k + 1).to_string()).join(" ");
+        writeln!(
+            text,
+            "   {} 4 {side}\n     4 1 2 3 4\n     plane\n     4 0.0 1.0 0.0 0.0\n     x0\n     1 1",
+            i + 1
+        )
+        .unwrap();
+    }
+    (text + "***end\n", volumes)
+}
+
+#[test]
+fn cells_of_a_tessellation_have_the_volumes_of_the_file() {
+    let (text, volumes) = tessellation(1000, Vec3::new(2.0, 1.0, 1.5));
+    let rock = cut("grains.tess", &text, "joint = 'grain'").unwrap();
+    assert_eq!(rock.properties.len(), 1000);
+    for (cell, volume) in rock.properties.iter().zip(&volumes) {
+        assert!((cell.volume - volume).abs() <= 1e-9 * volume, "{} {volume}", cell.volume);
+    }
+    assert!((volume(&rock) - 3.0).abs() < 1e-9);
+    // Faces of cells match, so that all of them can fail.
+    assert!(rock.common.iter().all(|face| face.matches && rock.is_joint(face)));
+    assert_eq!(*rock.blocks.last().unwrap(), 999);
+    let outer: f64 = {
+        let faces = rock.complex.cells().iter().flat_map(|cell| &cell.faces);
+        let all: f64 = faces.map(|face| face.area(rock.complex.points()).norm()).sum();
+        let inner: f64 = rock.common.iter().map(|face| rock.complex.common_area(face)).sum();
+        all - 2.0 * inner
+    };
+    assert!((outer - 2.0 * (2.0 + 3.0 + 1.5)).abs() < 1e-8, "{outer}");
+}
+
+#[test]
+fn cells_of_a_tessellation_run_and_are_cut() {
+    let (text, _) = tessellation(30, Vec3::repeat(1.0));
+    let plane = "joint = 'grain'\n[[cut]]\nplane = { dip = 0, dip_direction = 0, through = [0, 0, 0.4] }\njoint = 'grain'\n";
+    let rock = cut("grains.tess", &text, plane).unwrap();
+    assert!(rock.properties.len() > 40);
+    let below: f64 =
+        rock.properties.iter().filter(|of| of.centroid.z < 0.4).map(|of| of.volume).sum();
+    assert!((below - 0.4).abs() < 1e-9, "{below}");
+    let more = format!(
+        "{plane}[[fix]]\nwhere = {{ z = 0 }}\naxes = 'xyz'\n[[stage]]\nname = 'rest'\nkind = 'relax'"
+    );
+    let deck = of_file("grains.tess", text.as_bytes(), &more).unwrap();
+    let model = BuiltDeck::new(&deck).unwrap_or_else(|error| panic!("{error}")).model();
+    assert_eq!(model.n_whole_blocks(), rock.properties.len());
+}
+
+/// Corners of an L of 3 m², 2 m long.
+fn angle() -> Vec<Vec<[f64; 3]>> {
+    let outline = [[0.0, 0.0], [2.0, 0.0], [2.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]];
+    let at = |i: usize, y: f64| [outline[i % 6][0], y, outline[i % 6][1]];
+    let mut faces: Vec<Vec<[f64; 3]>> =
+        (0..6).map(|i| vec![at(i, 0.0), at(i, 2.0), at(i + 1, 2.0), at(i + 1, 0.0)]).collect();
+    for corners in [[0, 1, 2, 3], [0, 3, 4, 5]] {
+        faces.push(corners.map(|i| at(i, 0.0)).to_vec());
+        faces.push(corners.map(|i| at(i, 2.0)).into_iter().rev().collect());
+    }
+    faces
+}
+
+#[test]
+fn regions_of_closed_surfaces_have_their_volumes() {
+    // The sixth of a cube whose faces are fans of triangles is convex: one cell of six faces.
+    let cube = cut("cube.stl", &stl(&fanned(&cuboid([-1.0; 3], [1.0, 2.0, 3.0]))), "").unwrap();
+    assert_eq!(cube.properties.len(), 1);
+    assert_eq!(cube.complex.cells()[0].faces.len(), 6);
+    assert_eq!(volume(&cube), 24.0);
+    let angle = cut("angle.stl", &stl(&angle()), "").unwrap();
+    assert!(angle.properties.len() > 1);
+    assert!(angle.blocks.iter().all(|block| *block == 0));
+    assert!((volume(&angle) - 6.0).abs() < 1e-12, "{}", volume(&angle));
+    let centroid: Vec3 =
+        angle.properties.iter().map(|of| of.centroid * of.volume).sum::<Vec3>() / 6.0;
+    assert!((centroid - Vec3::new(2.5 / 3.0, 1.0, 2.5 / 3.0)).norm() < 1e-12);
+}
+
+#[test]
+fn wrong_files_of_regions() {
+    let cube = whole(&cuboid([0.0; 3], [1.0; 3]));
+    let moved = whole(&cuboid([0.5, 0.0, 0.0], [1.5, 1.0, 1.0]));
+    let inside_out = |faces: &[Vec<[f64; 3]>]| -> Vec<Vec<[f64; 3]>> {
+        faces.iter().map(|face| face.iter().copied().rev().collect()).collect()
+    };
+    let turned_one = {
+        let mut faces = cube.clone();
+        faces[0].reverse();
+        faces
+    };
+    let dented = {
+        let mut faces = fanned(&cuboid([0.0; 3], [1.0; 3]));
+        for corner in
+            faces.iter_mut().flatten().filter(|x| x[2] == 1.0 && x[0] == 0.5 && x[1] == 0.5)
+        {
+            corner[2] = 0.7;
+        }
+        faces
+    };
+    let crossing = [cube.clone(), moved.clone()].concat();
+    let mut found = Vec::new();
+    let mut add = |name: &str, content: &str, keys: &str| {
+        let messages = cut(name, content, keys).map(|_| ()).expect_err(name);
+        found.extend(messages);
+    };
+    for (content, keys) in [
+        (stl(&cube[1..]), ""),
+        (stl(&turned_one), ""),
+        (stl(&inside_out(&cube)), ""),
+        (stl(&crossing), ""),
+        (stl(&cube), "joint = 'grain'"),
+        ("x".to_owned(), ""),
+    ] {
+        add("body.stl", &content, keys);
+    }
+    let two = obj(&[cube.clone(), whole(&cuboid([1.0, 0.0, 0.0], [2.0, 1.0, 1.0]))]);
+    for (content, keys) in [
+        (obj(&[cube[1..].to_vec()]), ""),
+        (obj(&[inside_out(&cube)]), ""),
+        (obj(&[dented.clone()]), ""),
+        (obj(&[cube.clone(), moved.clone()]), "join = true"),
+        (two.clone(), ""),
+        (two.clone(), "joint = 'grain'\njoin = true"),
+        (two.clone(), "joint = 'grains'"),
+        (obj(&[cube.clone()]), "join = true"),
+        (two.clone(), "joint = 'grain'\nbox = { from = [0, 0, 0], to = [1, 1, 1] }"),
+        ("v 1 2\n".to_owned(), ""),
+        ("v 1 2 nan\n".to_owned(), ""),
+        ("v 1 2 3\nf 1 2 3\n".to_owned(), ""),
+        ("v 1 2 3\nf 1 1\n".to_owned(), ""),
+        ("v 1 2 3\n".to_owned(), ""),
+    ] {
+        add("bodies.obj", &content, keys);
+    }
+    add("bodies.step", "x", "");
+    let (good, _) = tessellation(4, Vec3::repeat(1.0));
+    let last = good.find(" **polyhedron\n 4\n").unwrap();
+    let (_, polyhedra) = good[last..].split_once("4\n").unwrap();
+    let three: String = polyhedra.lines().take(3).map(|line| format!("{line}\n")).collect();
+    let rest = &good[good.find(" **domain").unwrap()..];
+    let gaps = format!("{} **polyhedron\n 3\n{three}{rest}", &good[..last]);
+    for content in [
+        "***tesr\n".to_owned(),
+        "***tess\n **format\n   1.10\n".to_owned(),
+        good.replace("   3 standard", "   2 standard"),
+        good.replace("   3.4", "   new"),
+        good[..good.find(" **face").unwrap()].to_owned(),
+        good[..good.find("***end").unwrap() - 40].to_owned(),
+        good.replace(" **vertex\n ", " **vertex\n 9999999999"),
+        gaps,
+    ] {
+        add("grains.tess", &content, "joint = 'grain'");
+    }
+    let messages = of_file("grains.tess", &[b'*', 0xff], "").map(|_| ()).expect_err("no text");
+    found.extend(messages);
+    insta::assert_snapshot!(found.join("\n"));
+}
+
+#[test]
+fn larger_files_than_memory_are_not_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = format!("{HEAD}[[region]]\nfile = 'large.obj'\nmaterial = 'granite'\n");
+    fs::write(folder.path().join("deck.toml"), text).unwrap();
+    let file = fs::File::create(folder.path().join("large.obj")).unwrap();
+    file.set_len(1 << 40).unwrap();
+    let error = read(&folder.path().join("deck.toml")).map(|_| ()).expect_err("too large");
+    let message = error.findings()[0].fault.to_string();
+    insta::assert_snapshot!(message.replace(&*folder.path().to_string_lossy(), "DIR"));
+}
