@@ -222,3 +222,29 @@ def test_voronoi_cells_are_nearest_to_their_seeds() -> None:
     for cell, owner in enumerate(owners):
         of_corners = distances(np.concatenate(cells.faces(cell)))
         assert (of_corners[:, owner] - of_corners.min(axis=1)).max() < 1e-6
+
+
+def test_regions_of_files(tmp_path: Path) -> None:
+    corners = [(x, y, z) for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    quads = [(1, 3, 4, 2), (5, 6, 8, 7), (1, 2, 6, 5), (3, 7, 8, 4), (1, 5, 7, 3), (2, 4, 8, 6)]
+    lines = []
+    for body in range(3):
+        lines.append(f"g stone {body}")
+        lines += [f"v {x + body} {y} {z}" for x, y, z in corners]
+        lines += ["f " + " ".join(str(8 * body + corner) for corner in quad) for quad in quads]
+    file = tmp_path / "wall.obj"
+    file.write_text("\n".join(lines))
+    model = ddem.Model()
+    model.add_region(file=str(file), material=ROCK, joint=SMOOTH)
+    cells = model.cells()
+    assert list(cells.table["volume"]) == [1, 1, 1]
+    assert list(cells.table["surface"]) == [6, 6, 6]
+    assert list(cells.table["free_area"]) == [1, 1, 1]
+    assert list(cells.table["block"]) == [0, 1, 2]
+    joined = ddem.Model()
+    joined.add_region(file=str(file), material=ROCK, join=True)
+    assert list(joined.cells().table["block"]) == [0, 0, 0]
+    missing = ddem.Model()
+    missing.add_region(file=str(tmp_path / "wal.obj"), material=ROCK, joint=SMOOTH)
+    with pytest.raises(ddem.ModelError, match=r"did you mean `.*wall\.obj`"):
+        missing.cells()

@@ -70,7 +70,8 @@ impl Deck {
         for (number, region) in self.region.iter().enumerate() {
             shapes.push(parts(region).map_err(|(key, error)| {
                 let place = format!("region[{number}].{key}");
-                ModelError::from(Fault::new(ErrorCode::InvalidGeometry, place, error.to_string()))
+                let fault = Fault::new(ErrorCode::InvalidGeometry, place, error.to_string());
+                ModelError::from(fault.help(crate::check::remedy(&error)))
             })?);
         }
         let faults = overlaps(self, &shapes);

@@ -7,7 +7,7 @@ use std::path::Path;
 
 use ddem_core::problem::{Vec3, bounds_of};
 use ddem_core::{ErrorCode, Fault};
-use ddem_cut::{MOST_CELLS, Polyhedron, first_overlap};
+use ddem_cut::{MOST_CELLS, Polyhedron, ShapeError, first_overlap};
 
 use super::files::triangles;
 use super::{obj, tess};
@@ -21,6 +21,9 @@ const MOST_BYTES: u64 = 4_000_000_000;
 const FILLED: f64 = 1e-6;
 
 const FORMATS: &str = "a region is in an STL or OBJ file, or in a `.tess` file of Neper";
+
+/// Advice on faces of tessellations that are not flat.
+const FLAT: &str = "faces are flat without regularization: `neper -T … -regularization 0`";
 
 /// Cells of a file as it gives them.
 #[derive(Debug, Default)]
@@ -99,7 +102,11 @@ fn cells(read: ReadCells, merge: bool) -> Result<FileCells, Fault> {
             Ok(part)
         });
         cells.push(checked.map_err(|error| {
-            wrong(format!("cell `{}`: {error}", cell.name)).help(remedy(&error))
+            let help = match error {
+                ShapeError::NotPlanar { .. } if !merge => FLAT,
+                _ => remedy(&error),
+            };
+            wrong(format!("cell `{}`: {error}", cell.name)).help(help)
         })?);
     }
     if let Some([one, other]) = first_overlap(&cells, 2.0 * same) {

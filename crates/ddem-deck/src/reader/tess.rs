@@ -144,9 +144,10 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Words<'a, I> {
         Ok(list)
     }
 
-    fn skip(&mut self, what: &str, n: usize) -> Result<(), Fault> {
+    /// Skips numbers and labels.
+    fn skip(&mut self, n: usize) -> Result<(), Fault> {
         for _ in 0..n {
-            self.read(what, |_| Some(()))?;
+            self.read("a number or a label", |_| Some(()))?;
         }
         Ok(())
     }
@@ -155,8 +156,8 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Words<'a, I> {
     fn face(&mut self, n_points: usize) -> Result<Vec<u32>, Fault> {
         let corners = self.list("the number of a vertex", n_points)?;
         let edges = self.count("a count")?;
-        self.skip("the number of an edge", edges)?;
-        self.skip("a number of the equation or the point of a face", 4 + 2 + 3)?;
+        self.skip(edges)?;
+        self.skip(4 + 2 + 3)?;
         Ok(corners.into_iter().map(|(corner, _)| corner).collect())
     }
 
@@ -178,9 +179,9 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Words<'a, I> {
                 Some("*vertex") => {
                     points = self.entries("a vertex of the domain", |words| {
                         let point = words.point()?;
-                        words.skip("a label", 1)?;
+                        words.skip(1)?;
                         let n = words.count("a count")?;
-                        words.skip("the number of a vertex", n)?;
+                        words.skip(n)?;
                         Ok(Vec3::from(point))
                     })?;
                 }
@@ -205,13 +206,13 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Words<'a, I> {
     fn domain_face(&mut self, n_points: usize) -> Result<Vec<u32>, Fault> {
         let corners = self.list("the number of a vertex of the domain", n_points)?;
         let edges = self.count("a count")?;
-        self.skip("the number of an edge", edges)?;
-        self.skip("a type of a face", 1)?;
+        self.skip(edges)?;
+        self.skip(1)?;
         let parameters = self.count("a count")?;
-        self.skip("a parameter of a face", parameters)?;
-        self.skip("a label", 1)?;
+        self.skip(parameters)?;
+        self.skip(1)?;
         let tiles = self.count("a count")?;
-        self.skip("the number of a face", tiles)?;
+        self.skip(tiles)?;
         Ok(corners.into_iter().map(|(corner, _)| corner).collect())
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use ddem_core::Simulation;
 use ddem_core::problem::FRICTION;
-use ddem_deck::{BuiltDeck, Deck, Probe, Stage, from_table, json_schema};
+use ddem_deck::{BuiltDeck, Deck, Probe, Stage, from_table, json_schema, read_files};
 use serde_json::{Value, json};
 use toml::Table;
 
@@ -258,6 +258,7 @@ fn places() -> Vec<(&'static str, &'static str, &'static str, Value)> {
         ("Initial", "centre", "initial.0", json!([1, 0, 0])),
         ("Where", "within", "assign.0.where", json!(90)),
         ("RockRegion", "divisions", "region.0", json!(4)),
+        ("RockRegion", "join", "region.0", json!(true)),
         ("RockRegion", "body", "region.0", json!("rigid")),
         ("RockRegion", "north", "region.0", json!([1, 0, 0])),
         ("RockRegion", "seed", "region.0", json!(1)),
@@ -305,6 +306,13 @@ fn with(place: &str, key: &str, value: Option<&Value>) -> Deck {
         };
     }
     let table = at.as_table_mut().unwrap();
+    // Only cells of a file are joined.
+    if place == "region.0" && key == "join" {
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/it/decks/pair.obj");
+        table.remove("box");
+        table.insert("file".to_owned(), file.to_str().unwrap().into());
+        table.insert("joint".to_owned(), "seam".into());
+    }
     let removed = table.remove(key);
     match value {
         Some(value) => {
@@ -316,7 +324,9 @@ fn with(place: &str, key: &str, value: Option<&Value>) -> Deck {
         }
         None => assert!(removed.is_none(), "{place}.{key} is in the deck"),
     }
-    from_table(root.as_table().unwrap()).unwrap()
+    let mut deck = from_table(root.as_table().unwrap()).unwrap();
+    read_files(&mut deck, Path::new("")).unwrap();
+    deck
 }
 
 /// Everything that keys with defaults can change: the problem, and the settings of its run.

@@ -402,6 +402,28 @@ fn wrong_files_of_regions() {
     ] {
         add("grains.tess", &content, "joint = 'grain'");
     }
+    // A word after the beginning of a section replaced, or the last word.
+    let spoilt = |section: &str, number: usize| {
+        let (before, after) = good.rsplit_once(section).unwrap();
+        let end = after.split_whitespace().nth(number).unwrap();
+        let at = after.match_indices(char::is_whitespace).map(|(at, _)| at + 1);
+        let at = at.filter(|&at| !after[at..].starts_with(char::is_whitespace)).nth(number);
+        let (kept, rest) = after.split_at(at.unwrap());
+        format!("{before}{section}{kept}?{}", &rest[end.len()..])
+    };
+    for (section, number) in [
+        ("**vertex", 5),
+        ("**face", 3),
+        ("**polyhedron", 3),
+        (" *vertex", 1),
+        (" *face", 1),
+        (" *face", 3),
+    ] {
+        add("grains.tess", &spoilt(section, number), "joint = 'grain'");
+    }
+    add("grains.tess", &good[..good.find("     plane").unwrap()], "joint = 'grain'");
+    let bent = good.replacen(" 1.000000000000 ", " 1.300000000000 ", 1);
+    add("grains.tess", &bent, "joint = 'grain'");
     let messages = of_file("grains.tess", &[b'*', 0xff], "").map(|_| ()).expect_err("no text");
     found.extend(messages);
     insta::assert_snapshot!(found.join("\n"));

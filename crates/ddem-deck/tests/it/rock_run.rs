@@ -230,7 +230,7 @@ kind = 'relax'
         assert_eq!(found, expected, "{stage}");
     }
     let mut found = messages(&text.replace("x = [0.0, 1.5]", "x = [3.99, 4.0]"));
-    found.extend(messages(&text.replace("dip = 60, dip_direction", "dip = 20, dip_direction")));
+    found.extend(messages(&text.replace("{ dip = 60", "{ dip = 20")));
     found.extend(messages(&text.replace(
         "[joints.weak]\nnormal_stiffness = 20e9",
         "[joints.weak]\nnormal_stiffness = 21e9",
