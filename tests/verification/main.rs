@@ -12,6 +12,7 @@ mod shared;
 
 mod beam_cracks;
 mod blasts;
+mod block_theory;
 mod boundaries;
 mod cantilever;
 mod cells;

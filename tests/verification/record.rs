@@ -73,6 +73,9 @@ pub(crate) const CASES: &[Case] = &[
     case("Cells of a region", "cells_blocks"),
     case("Cells of a region", "cells_slide"),
     case("Cells of a region", "cells_cantilever"),
+    case("Cells and block theory", "cells_roof"),
+    case("Cells and block theory", "cells_tunnel"),
+    case("Cells and block theory", "cells_arch"),
     case("Cells that meet", "cells_glide"),
     case("Cells that meet", "cells_toss"),
     case("Cells that meet", "cells_meet"),
@@ -176,6 +179,15 @@ pub(crate) fn bracket(case: Case, quantity: &str, exact: f64, [stands, fails]: [
     let found =
         format!("{} stands, {} fails: {:.1e} wide", plain(stands), plain(fails), fails - stands);
     let holds = stands <= exact && exact <= fails;
+    bounded(case, quantity, holds, [&format!("contains {}", plain(exact)), &found]);
+}
+
+/// Asserts that an exact limit lies between the largest number at which a model fails and the smallest
+/// one at which it stands.
+pub(crate) fn least(case: Case, quantity: &str, exact: f64, [fails, stands]: [f64; 2]) {
+    let found =
+        format!("{} fails, {} stands: {:.1e} wide", plain(fails), plain(stands), stands - fails);
+    let holds = fails <= exact && exact <= stands;
     bounded(case, quantity, holds, [&format!("contains {}", plain(exact)), &found]);
 }
 

@@ -7,6 +7,7 @@ mod fractures;
 mod inside;
 mod joints;
 mod planes;
+mod region_cut;
 mod shape;
 mod shapes;
 mod stability;

@@ -185,6 +185,11 @@ fn run_failures() -> Vec<RunFailure> {
             deck: "slope.toml".to_owned(),
             title: "A slope".to_owned(),
         },
+        FolderError::OtherDeck {
+            folder: folder(),
+            deck: "slope.toml".to_owned(),
+            title: String::new(),
+        },
         FolderError::ForeignFile { folder: folder(), file: "energy.csv".to_owned() },
         FolderError::NotAFolder { folder: folder() },
         FolderError::InUse { folder: folder() },

@@ -2,18 +2,13 @@
 
 use ddem_core::problem::{Sets, Vec3, shown};
 use ddem_core::{ErrorCode, Fault};
-use ddem_cut::{
-    CellComplex, Compass, CutCount, CutPlane, Fracture, JointSet, MOST_CELLS, RandomStream,
-    RegionParts, Tunnel, expected_cells,
-};
+use ddem_cut::{CellComplex, Compass, CutCount, JointSet, MOST_CELLS, RegionParts, expected_cells};
 
 use super::fractures::{RockFracture, listed};
+use super::region_cut::{CutShape, RegionCut};
 use super::shapes::{fractures, joint_set, network, plane, seeds, spacing, tunnel};
 use crate::build::geometry::{Selector, coordinates};
 use crate::schema::{Deck, RockCut, SetCut, Where};
-
-/// Number of the stream of random numbers that decide which cells the first cut leaves whole.
-const PERSISTENCE_STREAM: u64 = 3 << 40;
 
 /// Largest number of planes from the origin of a set to the end of the rock: more take long.
 const MOST_PLANES: f64 = 1e8;
@@ -27,24 +22,6 @@ struct RegionGroup {
     compass: Compass,
     seed: u64,
     regions: Vec<u32>,
-}
-
-/// Planes of a cut, and the regions that they cut.
-struct RegionCut {
-    shape: CutShape,
-    compass: Compass,
-    seed: u64,
-    regions: Vec<u32>,
-}
-
-/// Shape of a cut.
-#[derive(PartialEq)]
-enum CutShape {
-    Planes(Vec<CutPlane>),
-    Fractures(Vec<Fracture>),
-    Tunnel(Tunnel),
-    /// Seeds of Voronoi cells `[m]`.
-    Seeds(Vec<Vec3>),
 }
 
 /// Rock before the cuts.
@@ -92,25 +69,7 @@ pub(super) fn cut(
             if cells > MOST_CELLS as f64 {
                 return Err(vec![too_many_fault(deck, format!("{at}.set.spacing"), cells)]);
             }
-            let count = match &region_cut.shape {
-                CutShape::Planes(planes) => match persistence(entry) {
-                    None => rock.cut(planes, allowed),
-                    Some(share) => {
-                        let stream = PERSISTENCE_STREAM + number as u64;
-                        let numbers = RandomStream::new(region_cut.seed, stream);
-                        let bridges = entry.bridge_joint().is_some();
-                        rock.cut_persistent(planes, allowed, share, bridges, numbers)
-                    }
-                },
-                CutShape::Fractures(triangles) if entry.surface.is_some() => {
-                    rock.cut_surface(triangles, allowed)
-                }
-                CutShape::Fractures(fractures) => rock.cut_fractures(fractures, allowed),
-                CutShape::Tunnel(tunnel) => rock.cut_tunnel(tunnel, allowed),
-                CutShape::Seeds(seeds) => {
-                    rock.cut_voronoi(seeds, number as u32, entry.join, allowed)
-                }
-            };
+            let count = region_cut.apply(&mut rock, entry, number as u32, allowed);
             all.divisions += count.divisions;
             all.too_many |= count.too_many;
         }
@@ -217,11 +176,6 @@ fn far_origin(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
             Some(Fault::new(ErrorCode::TooLarge, place, message).help(help))
         },
     )
-}
-
-/// Share of the cells that the planes of a set cut; `None` for all.
-fn persistence(entry: &RockCut) -> Option<f64> {
-    entry.set.as_ref()?.persistence.filter(|share| *share < 1.0)
 }
 
 /// Fault of a network of more discs than there may be cells.
