@@ -1,7 +1,6 @@
 //! Blocks of regions at the limit of equilibrium: in a roof, in the walls of a tunnel, in an arch.
 
-use ddem_core::run::Relaxed;
-use ddem_core::{RunError, Simulation};
+use ddem_core::{Relaxed, RunError, Simulation};
 use ddem_deck::BlockMode;
 use nalgebra::Vector3;
 
@@ -10,7 +9,7 @@ use super::record::{at_most, check, consistent, least, of};
 use super::shared::{deck, edited, example, root, simulation};
 
 /// Error of a simulation that finds no equilibrium; `None` if it comes to rest.
-fn failure(simulation: &mut Simulation, increments: u64) -> Option<RunError> {
+fn failure(simulation: &mut Simulation, increments: u32) -> Option<RunError> {
     simulation.start_relaxation(increments).unwrap_or_else(|error| panic!("{error}"));
     loop {
         match simulation.relax_step(1e-6) {
@@ -85,10 +84,11 @@ fn block_of_the_table_moves_first() {
     least(case, "least friction in a run [degrees]", exact, [low, high]);
     let [block] = &moving[..] else { panic!("{moving:?}") };
     consistent(case, "block that moves first", first as f64, block.block as f64, Absolute(0.0));
+    // The springs of the joints yield by a hundredth of the way.
     let moved = Vector3::from(block.direction);
     let line = Vector3::new(-plunge.cos(), 0.0, -plunge.sin());
     let off = moved.cross(&line).norm().asin().to_degrees();
-    check(case, "angle between its way and that of the table [degrees]", 0.0, off, Absolute(0.5));
+    check(case, "angle between its way and that of the table [degrees]", 0.0, off, Absolute(1.0));
 }
 
 /// Factors on the least thickness at which the arch falls and stands.

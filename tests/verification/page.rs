@@ -148,7 +148,7 @@ The number must keep a limit, from theory or from what the case shows: stable bl
 fall, and the order of convergence must be that of the scheme. Blocks that meet must not gain energy. Only one row may
 gain 0.5 %: very stiff springs that fail within a step recover the gain in a few steps. A limit strength or a factor of
 safety is known up to a bracket. The model stands at its lower end and fails at its upper end, and the exact value must
-lie between them.
+lie between them; a least strength or thickness is the other way round.
 
 | Case | Deck | Quantity | Bound | Computed |
 |---|---|---|---|---|
