@@ -28,11 +28,11 @@ class Cells:
     title : str
         Title of the model.
     table : Table
-        Row for each cell, with the columns of ``blocks.csv``: `volume` [m³], `surface` [m²], `free_area`
-        of free faces [m²], `width` [m], numbers of `faces` and `vertices`, `centroid` (3) [m], `region`, `material`, number of the
-        `block`, `cuts` that bound it, and by block theory `mode`, `factor`, `plunge` and `trend` of the
-        motion [degrees] and the cuts `on` which it slides. Names of several cuts are separated by ``;``.
-        `factor`, `plunge` and `trend` are NaN where ``blocks.csv`` has nothing.
+        Row for each cell, with the columns of ``blocks.csv``: `volume` [m³], `surface` [m²], `free_area` of
+        free faces [m²], `width` [m], numbers of `faces` and `vertices`, `centroid` (3) [m], `region`,
+        `material`, number of the `block`, `cuts` that bound it, and by block theory `mode`, `factor`,
+        `plunge` and `trend` of the motion [degrees] and the cuts `on` which it slides. Names of several cuts
+        are separated by ``;``. `factor`, `plunge` and `trend` are NaN where ``blocks.csv`` has nothing.
     planes : Table
         Row for each plane of a cut: `cut`, `joined` (it makes no joint), `normal` (3), `dip` and
         `dip_direction` [degrees], `area` between cells [m²].
