@@ -102,7 +102,8 @@ def test_table_is_that_of_the_command_line(tmp_path: Path) -> None:
     with (tmp_path / "cut" / "blocks.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(table)
-    for name in ("volume", "width", "faces", "vertices", "block", "factor", "plunge", "trend"):
+    numbers = ("volume", "surface", "free_area", "width", "faces", "vertices", "block")
+    for name in (*numbers, "factor", "plunge", "trend"):
         of_file = np.array([float(row[name] or "nan") for row in rows])
         assert same(of_file, np.asarray(table[name], np.float64)), name
     assert same(

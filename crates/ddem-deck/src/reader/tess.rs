@@ -35,18 +35,8 @@ pub(super) fn cells(text: &str) -> Result<ReadCells, Fault> {
     while let Some(word) = words.next() {
         match word {
             "***end" => break,
-            "**format" => {
-                let format = words.number("the number of the format")?;
-                if format < 2.0 {
-                    let message = format!("the format is {format}; 2 and later ones are read");
-                    return Err(wrong(message).help("write the file with Neper 3 or later"));
-                }
-            }
-            "**general" => {
-                if words.count("the dimension")? != 3 {
-                    return Err(wrong("the tessellation is flat, or a line").help(FORMAT));
-                }
-            }
+            "**format" => words.format()?,
+            "**general" => words.dimension()?,
             "**vertex" => table.points = words.entries("a vertex", Words::vertex)?,
             "**face" => {
                 let n = table.points.len();
@@ -122,6 +112,24 @@ impl<'a, I: Iterator<Item = (usize, &'a str)>> Words<'a, I> {
             entries.push(read(self)?);
         }
         Ok(entries)
+    }
+
+    /// Checks the number of the format.
+    fn format(&mut self) -> Result<(), Fault> {
+        let format = self.number("the number of the format")?;
+        if format >= 2.0 {
+            return Ok(());
+        }
+        let message = format!("the format is {format}; 2 and later ones are read");
+        Err(wrong(message).help("write the file with Neper 3 or later"))
+    }
+
+    /// Checks that the tessellation is one in space.
+    fn dimension(&mut self) -> Result<(), Fault> {
+        match self.count("the dimension")? {
+            3 => Ok(()),
+            _ => Err(wrong("the tessellation is flat, or a line").help(FORMAT)),
+        }
     }
 
     fn point(&mut self) -> Result<[f64; 3], Fault> {

@@ -16,9 +16,12 @@ pub(in crate::build) struct AssignedRock<'a> {
     pub(super) names: &'a Names,
     pub(super) sets: &'a Sets,
     pub(super) rock: &'a CutRock,
-    /// Origins of the nonconforming joints, in their order, with the blocks and faces of these.
-    pub(super) origins: Vec<(FacePair, JointOrigin)>,
+    /// Origins of the nonconforming joints, in their order.
+    pub(super) origins: JointOrigins,
 }
+
+/// Origins of joints, with the blocks and faces of these.
+pub(super) type JointOrigins = Vec<(FacePair, JointOrigin)>;
 
 /// Blocks and faces of a joint.
 pub(super) type FacePair = ([u32; 2], [FaceId; 2]);

@@ -11,8 +11,7 @@ use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{CellPart, CommonFace, PlaneSource};
 
 use super::CutRock;
-use super::assigned::{AssignedRock, FacePair, face_pair};
-use super::joints::JointOrigin;
+use super::assigned::{AssignedRock, JointOrigins, face_pair};
 use crate::build::geometry::{Cut, Names, Selector, nothing, stages};
 use crate::schema::{Deck, SmallKind};
 
@@ -142,7 +141,7 @@ impl RockBlocks<'_> {
     }
 
     /// Blocks and joints before anything is assigned, with the origins of the joints.
-    fn geometry(&mut self) -> Result<(Geometry, Vec<(FacePair, JointOrigin)>), Vec<Fault>> {
+    fn geometry(&mut self) -> Result<(Geometry, JointOrigins), Vec<Fault>> {
         let mut lattices: Vec<Arc<Lattice>> = Vec::new();
         for cell in 0..self.parts.len() {
             self.first.push(lattices.len());
