@@ -2,6 +2,8 @@
 
 #![no_main]
 
+use std::sync::Arc;
+
 use ddem_core::element::Elastic;
 use ddem_core::problem::{HexMesh, ProblemBuilder};
 use ddem_core::{Model, Simulation};
@@ -34,6 +36,6 @@ fuzz_target!(|arrays: Arrays| {
     let fixed: Vec<u32> = arrays.fixed.into_iter().map(u32::from).collect();
     let _ = builder.fix(&fixed, [true; 3]);
     if let Ok((problem, _)) = builder.build() {
-        let _ = Simulation::new(Model::new(problem)).step();
+        let _ = Simulation::new(Model::new(Arc::new(problem))).step();
     }
 });

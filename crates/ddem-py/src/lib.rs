@@ -130,6 +130,7 @@ fn load(
 #[pyfunction]
 #[pyo3(signature = (deck, *, out=None, threads=None, resume=false, overwrite=false, quiet=false, profile=false,
     checkpoint_every=None))]
+#[expect(clippy::too_many_arguments, reason = "they are those of Python")]
 fn run_deck(
     deck: &Bound<'_, PyAny>,
     out: Option<PathBuf>,

@@ -36,7 +36,7 @@ fn help_goes_to_standard_output() {
           --check                       Build the model, report its size, memory and run time, and stop
           --resume                      Continue from the checkpoint in the folder of the results; without one, start
           --overwrite                   Remove earlier results of the deck; without it they are moved to a folder DIR.1, DIR.2, ...
-          --checkpoint-every <SECONDS>  Wall time between checkpoints within a stage, which does not change the results [default: 60]
+          --checkpoint-every <SECONDS>  Wall time between checkpoints within a stage, which does not change the results [default: that of the deck]
           --profile                     Measure the time of each phase of the steps, and print it at the end of each stage
       -h, --help                        Print help
       -V, --version                     Print version

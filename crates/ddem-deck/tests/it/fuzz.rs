@@ -247,7 +247,7 @@ fn changed_files_never_panic() {
                 0 if !bytes.is_empty() => bytes[at] ^= 1 << choices.below(8),
                 1 => bytes.truncate(at),
                 2 => drop(bytes.splice(at..at, choices.one(&odd).iter().copied())),
-                _ => bytes.extend_from_slice(&bytes[at..].to_vec()),
+                _ => bytes.extend_from_within(at..),
             }
         }
         *text = format!("{name}: {:?}", String::from_utf8_lossy(&bytes));
