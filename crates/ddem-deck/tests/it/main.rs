@@ -17,7 +17,6 @@ mod messages;
 mod model_messages;
 mod notation;
 mod rock;
-mod rock_arch;
 mod rock_decks;
 mod rock_files;
 mod rock_fractures;
