@@ -12,6 +12,7 @@ mod cells;
 mod contacts;
 mod decks;
 mod embedding;
+mod endurance;
 mod energies;
 mod extending;
 mod histories;

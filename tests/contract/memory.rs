@@ -6,7 +6,7 @@ use super::decks::MATTER;
 use super::shared::deck;
 
 /// Number from `/proc/self/status` `[B]`.
-fn status(name: &str) -> f64 {
+pub(crate) fn status(name: &str) -> f64 {
     let text = std::fs::read_to_string("/proc/self/status").expect("Linux");
     let line = text.lines().find_map(|line| line.strip_prefix(name)).expect("the number");
     let kilobytes: f64 = line.trim_matches([':', ' ', '\t', 'k', 'B']).parse().expect("kB");
