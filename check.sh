@@ -61,7 +61,8 @@ if [ "${1:-}" = full ]; then
     # Tests that measure their process run alone.
     cargo test --test contract --locked -- --ignored --nocapture million_nodes_are
     cargo test --test contract --locked -- --ignored --nocapture with_a_million_nodes
-    cargo test --test contract --locked -- --ignored --nocapture --skip memory::
+    cargo test --test contract --locked -- --ignored --nocapture ten_million
+    cargo test --test contract --locked -- --ignored --nocapture --skip memory:: --skip endurance::
     cargo test --package ddem-cli --test cli --locked -- --ignored --nocapture
     cargo test --package ddem-core --test it --locked -- --ignored --nocapture
     cargo test --release --package ddem-cut --test it --locked -- --ignored --nocapture
