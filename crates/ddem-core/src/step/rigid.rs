@@ -23,7 +23,7 @@ use ddem_mesh::parallel::node_start;
 pub(crate) type Poses = [Pose; LANES];
 
 impl<'a> PackContext<'a> {
-    pub(super) fn member(&self, poses: &'a Poses, lane: usize) -> RigidBlock<'a> {
+    fn member(&self, poses: &'a Poses, lane: usize) -> RigidBlock<'a> {
         let mass_properties = &self.step.model.assembly.rigid[self.pack.rigid_start][lane];
         RigidBlock { mass_properties, pose: &poses[lane], lane }
     }
