@@ -21,12 +21,12 @@ pub(in crate::build) struct AssignedRock<'a> {
 }
 
 /// Origins of joints, with the blocks and faces of these.
-pub(super) type JointOrigins = Vec<(FacePair, JointOrigin)>;
+pub(super) type JointOrigins = Vec<(JointFaces, JointOrigin)>;
 
 /// Blocks and faces of a joint.
-pub(super) type FacePair = ([u32; 2], [FaceId; 2]);
+pub(super) type JointFaces = ([u32; 2], [FaceId; 2]);
 
-pub(super) fn face_pair(joint: &NonconformingJoint) -> FacePair {
+pub(super) fn face_pair(joint: &NonconformingJoint) -> JointFaces {
     (joint.blocks, joint.faces)
 }
 
