@@ -13,7 +13,7 @@ use crate::hdf::{mend_length, set_end, with_file};
 use crate::output_error::OutputError;
 
 /// Work on an open file.
-type Work<'a> = &'a dyn Fn(&hdf5::File) -> hdf5::Result<()>;
+type FileWork<'a> = &'a dyn Fn(&hdf5::File) -> hdf5::Result<()>;
 
 /// Adds to a file, for which it reserves a number of bytes: `write` writes data, and `count` makes readers count them. A
 /// process that is killed at any moment leaves a file that opens.
@@ -24,8 +24,8 @@ type Work<'a> = &'a dyn Fn(&hdf5::File) -> hdf5::Result<()>;
 pub(crate) fn with_room(
     path: &Path,
     bytes: u64,
-    write: Work<'_>,
-    count: Work<'_>,
+    write: FileWork<'_>,
+    count: FileWork<'_>,
 ) -> Result<(), OutputError> {
     let io = |e| OutputError::io(path, "writing", e);
     let hdf5 = |e| OutputError::hdf5(path, "writing", e);
