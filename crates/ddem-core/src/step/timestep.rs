@@ -54,9 +54,6 @@ pub(crate) fn largest_eigenvalue(
     };
     let n = 3 * model.packs.nodes;
     let mut q = start(model, n);
-    if q.iter().all(|q| *q == Lanes::ZERO) {
-        return Ok(0.0);
-    }
     operator.tie(&mut q, scratch);
     let (mut before, mut scaled) = (vec![Lanes::ZERO; n], vec![Lanes::ZERO; n]);
     let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
@@ -295,7 +292,7 @@ fn tied_returns(model: &Model) -> Vec<Vec<Lanes>> {
 }
 
 /// Unit vector that favours no mode: numbers of a fixed sequence for each pack, 0 in lanes without
-/// a block and in parts of bodies.
+/// a block and in parts of bodies. It is zero if all blocks are parts of bodies.
 pub(super) fn start(model: &Model, n: usize) -> Vec<Lanes> {
     let mut q = vec![Lanes::ZERO; n];
     let square = over_packs(model, [&mut q], |pack, _, [q]| {
