@@ -105,8 +105,8 @@ def test_every_section_round_trips(tmp_path: Path) -> None:
     model = full()
     rounds(model, tmp_path)
     sections = set(ddem.schema()["properties"])
-    # These are the only sections that the full model lacks: regions are in decks only.
-    assert sections - set(model.deck) == {"refine", "region", "cut"}
+    # These are the only sections that the full model lacks.
+    assert sections - set(model.deck) == {"refine", "region", "cut", "output"}
     assert model.build().n_blocks == 4 + 1
 
 
@@ -166,7 +166,7 @@ def test_output_sets_the_time_between_checkpoints() -> None:
     assert "output" not in model.deck
     model.output(checkpoint_every=-1)
     with pytest.raises(ddem.ModelError, match="0 or more"):
-        model.to_deck()
+        model.build()
 
 
 @pytest.mark.parametrize("every", [-1.0, float("nan"), "often"])

@@ -246,6 +246,5 @@ def test_regions_of_files(tmp_path: Path) -> None:
     joined.add_region(file=str(file), material=ROCK, join=True)
     assert list(joined.cells().table["block"]) == [0, 0, 0]
     missing = ddem.Model()
-    missing.add_region(file=str(tmp_path / "wal.obj"), material=ROCK, joint=SMOOTH)
     with pytest.raises(ddem.ModelError, match=r"did you mean `.*wall\.obj`"):
-        missing.cells()
+        missing.add_region(file=str(tmp_path / "wal.obj"), material=ROCK, joint=SMOOTH)
