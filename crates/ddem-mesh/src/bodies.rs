@@ -133,7 +133,8 @@ impl Geometry {
         };
         for part in parts {
             let block = &self.blocks[part.block];
-            let density = properties.materials[usize::from(block.material)].density;
+            let inertia = self.part(part.block).map_or(1.0, |part| part.inertia);
+            let density = inertia * properties.materials[usize::from(block.material)].density;
             let corners = self.corners_of_part(part.block).map(|x| x - origin);
             let vtk = self.topology(part.block).hex(0).map(|node| Point3::from(corners[node]));
             add(mass_moments(&vtk, density));

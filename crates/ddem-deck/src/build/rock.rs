@@ -48,8 +48,8 @@ pub struct CutRock {
     of_region: Vec<Vec<usize>>,
     /// Width of the cells in the middle of the volume of each region `[m]`.
     median_widths: Vec<f64>,
-    /// True for each block of which all cells are thin.
-    thin_blocks: Vec<bool>,
+    /// Width of the widest cell of each block `[m]`.
+    block_widths: Vec<f64>,
 }
 
 impl Deck {
@@ -126,7 +126,12 @@ impl CutRock {
         }
         let median_widths =
             of_region.iter().map(|cells: &Vec<usize>| median_width(cells, &properties)).collect();
-        let mut rock = Self {
+        let mut block_widths = vec![0.0_f64; n];
+        for (cell, &block) in blocks.iter().enumerate() {
+            let widest = &mut block_widths[block as usize];
+            *widest = widest.max(properties[cell].width);
+        }
+        Self {
             deck,
             complex,
             properties,
@@ -135,12 +140,8 @@ impl CutRock {
             fractures,
             of_region,
             median_widths,
-            thin_blocks: vec![true; n],
-        };
-        for cell in (0..n).filter(|&cell| !rock.is_thin(cell)).collect::<Vec<_>>() {
-            rock.thin_blocks[rock.blocks[cell] as usize] = false;
+            block_widths,
         }
-        rock
     }
 
     /// Region of a cell.
@@ -174,30 +175,33 @@ impl CutRock {
         self.median_widths[region]
     }
 
-    /// True for a cell that is thinner than most of its region.
-    fn is_thin(&self, cell: usize) -> bool {
-        let region = self.region_number(cell);
-        self.properties[cell].width
-            < self.deck.region[region].small.width * self.median_widths[region]
+    /// Width below which cells of the region of a cell are thin `[m]`.
+    fn thin_width(&self, cell: usize) -> f64 {
+        self.region(cell).small.width * self.median_widths[self.region_number(cell)]
     }
 
-    /// Treatment of a cell that is thin; `None` if it is not. Rigid blocks need no inertia. A thin
-    /// cell that is joined to a wider one cannot be rigid, and is scaled instead.
+    /// Width of the widest cell of the block of a cell `[m]`.
+    fn block_width(&self, cell: usize) -> f64 {
+        self.block_widths[self.blocks[cell] as usize]
+    }
+
+    /// Treatment of a cell that is thin; `None` if it is not. A thin cell that is joined to a wider one
+    /// cannot be rigid, and is scaled instead.
     #[must_use]
     pub fn treatment(&self, cell: usize) -> Option<SmallKind> {
-        let RockRegion { small, body, .. } = self.region(cell);
-        if !self.is_thin(cell) || (*body == Body::Rigid && small.is != SmallKind::Removed) {
+        if self.properties[cell].width >= self.thin_width(cell) {
             return None;
         }
-        let joined = small.is == SmallKind::Rigid && !self.is_rigid(cell);
-        Some(if joined { SmallKind::Scaled } else { small.is })
+        let kind = self.region(cell).small.is;
+        let joined = kind == SmallKind::Rigid && !self.is_rigid(cell);
+        Some(if joined { SmallKind::Scaled } else { kind })
     }
 
     /// True for a cell of a rigid block.
     #[must_use]
     pub fn is_rigid(&self, cell: usize) -> bool {
         let RockRegion { small, body, .. } = self.region(cell);
-        let is_thin = || self.thin_blocks[self.blocks[cell] as usize];
+        let is_thin = || self.block_width(cell) < self.thin_width(cell);
         *body == Body::Rigid || (small.is == SmallKind::Rigid && is_thin())
     }
 
@@ -215,12 +219,15 @@ impl CutRock {
 
     /// Factors on the inertia of the parts of a cell, but not on their weight, and the volumes of the
     /// parts `[m³]`. A factor is at least 1, and so large that no node of the part has more than four
-    /// times the ratio of stiffness to mass of a cube of the width `small.width` times the median one.
+    /// times the ratio of stiffness to mass of a cube of the width `small.width` times the median one. All
+    /// of a rigid block has that of the ratio of the two widths, squared: the springs of its joints and
+    /// contacts are as stiff over its mass.
     #[must_use]
     pub fn inertia(&self, cell: usize, parts: &[CellPart]) -> Vec<[f64; 2]> {
         let region = self.region(cell);
-        let width = region.small.width * self.median_widths[self.region_number(cell)];
-        let scaled = region.small.is != SmallKind::Removed && !self.is_rigid(cell);
+        let width = self.thin_width(cell);
+        let scaled = region.small.is != SmallKind::Removed;
+        let of_body = self.is_rigid(cell).then(|| (width / self.block_width(cell)).powi(2));
         let material = self.deck.materials.get(&region.material);
         let rock = material.map_or(Elastic::new(1.0, 1.0, 0.0), |material| {
             Elastic::new(material.density, material.young, material.poisson)
@@ -242,7 +249,7 @@ impl CutRock {
         .map(|at| Vec3::from(at.map(f64::from)) * (0.5 * width));
         let allowed = SPREAD * nodes(&[cube])[0][0];
         let factor = |[ratio, volume]: [f64; 2]| {
-            let factor = ratio / allowed;
+            let factor = of_body.unwrap_or(ratio / allowed);
             [if scaled && factor.is_finite() { factor.max(1.0) } else { 1.0 }, volume]
         };
         nodes(&parts).into_iter().map(factor).collect()

@@ -123,8 +123,8 @@ pub struct SmallBlocks {
     /// Width below which a cell is thin, as a part of the median width of the region by volume,
     /// from 0 to 1; default 0.2.
     pub width: f64,
-    /// Treatment of thin cells: `"scaled"` (more inertia), `"rigid"` or `"removed"`; default
-    /// `"scaled"`.
+    /// Treatment of thin cells: `"scaled"` (more inertia), `"rigid"` (and more inertia) or
+    /// `"removed"`; default `"scaled"`.
     pub is: SmallKind,
 }
 

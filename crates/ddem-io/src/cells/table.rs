@@ -68,14 +68,10 @@ fn thin(rock: &CutRock, region: usize) -> String {
     }
     // The sum of no numbers is −0.
     let share = 100.0 * thin.iter().fold(0.0, |sum, of| sum + of.volume) / total;
+    let added = format!("{:.3} % of the mass", 100.0 * added / total);
     let effect = match small.is {
-        SmallKind::Scaled => {
-            format!(
-                "more inertia there and at sharp corners, {:.3} % of the mass",
-                100.0 * added / total
-            )
-        }
-        SmallKind::Rigid => "rigid".to_owned(),
+        SmallKind::Scaled => format!("more inertia there and at sharp corners, {added}"),
+        SmallKind::Rigid => format!("rigid, with more inertia, {added}"),
         SmallKind::Removed => "removed".to_owned(),
     };
     format!(

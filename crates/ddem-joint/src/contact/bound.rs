@@ -16,7 +16,7 @@ use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::MassProperties;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::pack::Packs;
-use ddem_mesh::{Geometry, PartShape, Vec3};
+use ddem_mesh::{BodyPart, Geometry, PartShape, Vec3};
 
 /// Upper bounds `[1/s²]`: the amount that contacts add to the largest squared angular frequency of
 /// deformable blocks, and that frequency squared of rigid blocks with all joints and contacts.
@@ -251,10 +251,12 @@ fn of_body(
     assembly: &Assembly,
     body: usize,
 ) -> f64 {
-    let mut sum = Matrix6::zeros();
-    for part in assembly.bodies.parts(body) {
-        let mass_properties = &assembly.rigid[packs.packs[part.pack].rigid_start][part.lane];
-        let motions = ScaledMotions::new(mass_properties);
+    let parts = assembly.bodies.parts(body);
+    let properties =
+        |part: &BodyPart| &assembly.rigid[packs.packs[part.pack].rigid_start][part.lane];
+    let (mut sum, motions) = (Matrix6::zeros(), ScaledMotions::new(properties(&parts[0])));
+    for part in parts {
+        let mass_properties = properties(part);
         for face in outer_faces(geometry, part.block) {
             let d = face.direction;
             let (e, f) = (1 << ((d + 1) % 3), 1 << ((d + 2) % 3));
