@@ -1,4 +1,4 @@
-//! Files that decks name: topographies, surfaces and tables of fractures.
+//! Files that decks name: topographies, surfaces, tables of fractures, and the rock of regions.
 
 #![no_main]
 
@@ -26,6 +26,11 @@ material = 'rock'
 [[cut]]
 joint = 'seam'
 ";
+const FILE: &str = "
+[[region]]
+material = 'rock'
+joint = 'seam'
+";
 const BLOCKS: &str = "
 [[blocks]]
 size = [4, 4, 4]
@@ -40,12 +45,15 @@ where = { above = { topography = 'file' } }
 // The first byte chooses the kind of the file.
 fuzz_target!(|data: &[u8]| {
     let Some((kind, bytes)) = data.split_first() else { return };
-    let rest = match kind % 3 {
-        0 => BLOCKS.to_owned(),
-        1 => format!("{REGION}surface = 'file'\n"),
-        _ => format!("{REGION}dfn = {{ file = 'file' }}\n"),
+    let (name, rest) = match kind % 6 {
+        0 => ("file", BLOCKS.to_owned()),
+        1 => ("file", format!("{REGION}surface = 'file'\n")),
+        2 => ("file", format!("{REGION}dfn = {{ file = 'file' }}\n")),
+        3 => ("file.stl", "[[region]]\nmaterial = 'rock'\nfile = 'file.stl'\n".to_owned()),
+        4 => ("file.obj", format!("{FILE}file = 'file.obj'\n")),
+        _ => ("file.tess", format!("{FILE}file = 'file.tess'\n")),
     };
-    std::fs::write(FOLDER.path().join("file"), bytes).expect("a file");
+    std::fs::write(FOLDER.path().join(name), bytes).expect("a file");
     let path = FOLDER.path().join("deck.toml");
     std::fs::write(&path, format!("{MATTER}{rest}")).expect("a file");
     if let Ok((deck, _)) = ddem_deck::read(&path) {

@@ -7,29 +7,44 @@ use super::decks::CELLS;
 use super::resume::everything;
 use super::shared::{Frames, How, deck, run, run_into};
 
+/// Decks with deformable cells, with rigid ones, and with both.
+fn bodies() -> [String; 3] {
+    let with = |keys: &str| CELLS.replace("divisions = 4", keys);
+    let mixed = with("divisions = 2\nsmall = { width = 0.9, is = 'rigid' }");
+    let model = deck(&mixed).build().expect("a model");
+    let rigid = (0..model.n_blocks()).filter(|&block| model.is_rigid(block)).count();
+    assert!(0 < rigid && rigid < model.n_blocks(), "{rigid} of {} rigid", model.n_blocks());
+    [CELLS.to_owned(), with("body = 'rigid'"), mixed]
+}
+
 #[test]
 fn fields_of_cells_are_identical_for_any_threads_and_simd() {
     assert!(deck(CELLS).build().expect("a model").n_nodes() > 3000);
-    let expected = output_bits(CELLS, 1, Simd::default(), 200);
-    assert!(expected.0 != [0; 2], "no pair fails");
-    for threads in [2, 3] {
-        assert!(output_bits(CELLS, threads, Simd::default(), 200) == expected, "{threads} threads");
-    }
-    for (name, simd) in Simd::available() {
-        assert!(output_bits(CELLS, 1, simd, 200) == expected, "{name}");
+    for text in bodies() {
+        let expected = output_bits(&text, 1, Simd::default(), 200);
+        assert!(expected.0 != [0; 2], "no pair fails");
+        for threads in [2, 3] {
+            let found = output_bits(&text, threads, Simd::default(), 200);
+            assert!(found == expected, "{threads} threads");
+        }
+        for (name, simd) in Simd::available() {
+            assert!(output_bits(&text, 1, simd, 200) == expected, "{name}");
+        }
     }
 }
 
 #[test]
 fn run_of_cells_resumes_to_the_same_bits() {
     let folder = || tempfile::tempdir().expect("a folder");
-    let (whole, parts) = (folder(), folder());
-    assert!(run_into(CELLS, whole.path(), How::default()));
-    let stopped = How { stop_after: Some(60), ..How::default() };
-    assert!(!run_into(CELLS, parts.path(), stopped), "the run ended early");
-    let resumed = How { threads: 2, resume: true, ..How::default() };
-    assert!(run_into(CELLS, parts.path(), resumed));
-    assert!(everything(whole.path()) == everything(parts.path()));
+    for text in bodies() {
+        let (whole, parts) = (folder(), folder());
+        assert!(run_into(&text, whole.path(), How::default()));
+        let stopped = How { stop_after: Some(60), ..How::default() };
+        assert!(!run_into(&text, parts.path(), stopped), "the run ended early");
+        let resumed = How { threads: 2, resume: true, ..How::default() };
+        assert!(run_into(&text, parts.path(), resumed));
+        assert!(everything(whole.path()) == everything(parts.path()));
+    }
 }
 
 /// Tied nodes have equal bits, and the files number blocks as `ddem cut` does.

@@ -8,6 +8,8 @@ use std::time::{Duration, Instant};
 use ddem_deck::{BuiltDeck, Deck, Size};
 use toml::{Table, Value};
 
+use crate::rock_files;
+
 /// Decks and changed files that the usual tests try.
 const TRIES: u64 = 300;
 /// Time that one deck may take.
@@ -174,8 +176,9 @@ fn changed_decks_never_panic() {
     });
 }
 
-/// Files that a deck names: a topography in both forms, an STL surface in both forms, a table of fractures.
-fn files() -> [(&'static str, Vec<u8>); 5] {
+/// Files that a deck names: a topography in both forms, an STL surface in both forms, a table of fractures, and
+/// regions as STL, OBJ and tessellation.
+fn files() -> [(&'static str, Vec<u8>); 8] {
     let text = |text: &str| text.as_bytes().to_vec();
     let facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 1\nvertex 4 0 1\nvertex 0 4 1\nendloop\nendfacet\n";
     let mut binary = vec![0; 80];
@@ -192,6 +195,9 @@ fn files() -> [(&'static str, Vec<u8>); 5] {
         ("pit.stl", text(&format!("solid pit\n{facet}endsolid pit\n"))),
         ("pit.stl", binary),
         ("discs.csv", text(discs)),
+        ("body.stl", text(&rock_files::body())),
+        ("stones.obj", text(include_str!("decks/pair.obj"))),
+        ("grains.tess", text(&rock_files::grains())),
     ]
 }
 
@@ -216,6 +222,10 @@ fn deck_of(file: &str) -> String {
             format!("{blocks}[[remove]]\nwhere = {{ above = {{ topography = 'ground' }} }}\n")
         }
         "pit.stl" => format!("{region}surface = 'pit.stl'\n"),
+        "body.stl" => "[[region]]\nmaterial = 'rock'\nfile = 'body.stl'\n".to_owned(),
+        "stones.obj" | "grains.tess" => {
+            format!("[[region]]\nmaterial = 'rock'\njoint = 'seam'\nfile = '{file}'\n")
+        }
         _ => format!("{region}dfn = {{ file = 'discs.csv' }}\n"),
     };
     format!("{ROCK}{rest}{end}")

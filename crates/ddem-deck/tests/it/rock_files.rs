@@ -111,6 +111,16 @@ fn wall() -> Vec<Vec<[[f64; 3]; 4]>> {
     ]
 }
 
+/// A closed surface with a dent, as STL.
+pub(crate) fn body() -> String {
+    stl(&angle())
+}
+
+/// A tessellation of some cells.
+pub(crate) fn grains() -> String {
+    tessellation(6, Vec3::new(2.0, 1.0, 1.0)).0
+}
+
 #[test]
 fn bricks_of_an_obj_file_have_joints_where_they_touch() {
     let [plain, triangles] = [whole, fanned].map(|faces| {
