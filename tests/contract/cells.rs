@@ -7,14 +7,25 @@ use super::decks::CELLS;
 use super::resume::everything;
 use super::shared::{Frames, How, deck, run, run_into};
 
-/// Decks with deformable cells, with rigid ones, and with both.
-fn bodies() -> [String; 3] {
+/// Deck of two regions on a set of blocks, all joined.
+fn beside() -> String {
+    let below = CELLS.replace("where = { z = 0.0 }", "where = { z = -1.0 }");
+    let joined = below.replace("divisions = 4", "divisions = 2\njoint = 'seam'");
+    let more = "[[blocks]]\nname = 'bed'\norigin = [0, 0, -1]\nsize = [3, 3, 1]\ncount = [2, 2, 1]\n\
+                divisions = 2\nmaterial = 'rock'\njoint = 'seam'\n\
+                [[region]]\nname = 'side'\nbox = { from = [3, 0, 0], to = [4, 3, 3] }\n\
+                material = 'rock'\ndivisions = 2\njoint = 'seam'\n[[cut]]\n";
+    joined.replacen("[[cut]]\n", more, 1)
+}
+
+/// Decks with deformable cells, with rigid ones, with both, and with blocks of a set beside them.
+fn bodies() -> [String; 4] {
     let with = |keys: &str| CELLS.replace("divisions = 4", keys);
     let mixed = with("divisions = 2\nsmall = { width = 0.9, is = 'rigid' }");
     let model = deck(&mixed).build().expect("a model");
     let rigid = (0..model.n_blocks()).filter(|&block| model.is_rigid(block)).count();
     assert!(0 < rigid && rigid < model.n_blocks(), "{rigid} of {} rigid", model.n_blocks());
-    [CELLS.to_owned(), with("body = 'rigid'"), mixed]
+    [CELLS.to_owned(), with("body = 'rigid'"), mixed, beside()]
 }
 
 #[test]

@@ -61,23 +61,33 @@ fn falling_prism_moves_like_a_block() {
     let text = example(case.deck);
     let (from, to) = (text.find("[[region]]"), text.find("[[fix]]"));
     let (from, to) = (from.expect("regions"), to.expect("a support"));
-    let sets = "[[blocks]]\nname = \"plate\"\norigin = [-1, 0, -0.5]\nsize = [2, 1, 0.5]\nmaterial = \"rock\"\n\
-                divisions = 2\n\n\
-                [[blocks]]\nname = \"prism\"\norigin = [0.3330127019, 0.25, 0.01]\nsize = [0.5, 0.5, 0.5]\n\
+    let plate = "[[blocks]]\nname = \"plate\"\norigin = [-1, 0, -0.5]\nsize = [2, 1, 0.5]\nmaterial = \"rock\"\n\
+                 divisions = 2\n\n";
+    let prism = "[[blocks]]\nname = \"prism\"\norigin = [0.3330127019, 0.25, 0.01]\nsize = [0.5, 0.5, 0.5]\n\
                 axes = [[0.5, 0.0, 0.8660254038], [0.0, 1.0, 0.0], [-0.8660254038, 0.0, 0.5]]\n\
                 material = \"rock\"\ndivisions = 2\n\n";
-    let [cells, blocks] =
-        [text.clone(), format!("{}{sets}{}", &text[..from], &text[to..])].map(|text| run(&text));
-    // It has just left the plate.
-    for axis in ["x", "z"] {
-        let column = format!("prism.{axis}");
-        let at = |run: &Run| {
-            let series = run.probes.series(&column);
-            series.into_iter().rev().find(|[time, _]| *time <= 0.05).expect("a row")[1]
-        };
-        consistent(case, &format!("{column} at 0.05 s"), at(&blocks), at(&cells), Of(1.0, 2e-2));
+    let middle = text.find("[[region]]                         #").expect("the prism");
+    let [of_plate, of_prism] = [&text[from..middle], &text[middle..to]];
+    let made =
+        |sets: [&str; 2]| run(&format!("{}{}{}{}", &text[..from], sets[0], sets[1], &text[to..]));
+    let blocks = made([plate, prism]);
+    for (what, cells) in [
+        ("cells", made([of_plate, of_prism])),
+        ("cell on a set", made([plate, of_prism])),
+        ("set on a cell", made([of_plate, prism])),
+    ] {
+        // It has just left the plate.
+        for axis in ["x", "z"] {
+            let column = format!("prism.{axis}");
+            let at = |run: &Run| {
+                let series = run.probes.series(&column);
+                series.into_iter().rev().find(|[time, _]| *time <= 0.05).expect("a row")[1]
+            };
+            let quantity = format!("{column} at 0.05 s, {what}");
+            consistent(case, &quantity, at(&blocks), at(&cells), Of(1.0, 2e-2));
+        }
+        closes(case, &format!(", {what}"), &cells);
     }
-    closes(case, "", &cells);
 }
 
 #[test]

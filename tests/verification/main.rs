@@ -33,6 +33,7 @@ mod page;
 mod poisson;
 mod pull;
 mod record;
+mod regions;
 mod relax_strength;
 mod relaxing;
 mod rocking;

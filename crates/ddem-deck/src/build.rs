@@ -85,9 +85,7 @@ impl BuiltDeck {
 
     fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
-        let regions = !deck.region.is_empty();
-        let cut = if regions { rock::cut_rock(deck, &names) } else { geometry::cut(deck, &names) };
-        let Cut { stages, sets, selections, joints } = cut?;
+        let Cut { stages, sets, selections, joints } = geometry::cut(deck, &names)?;
         let mut problem = Problem {
             properties: properties::properties(deck, joints),
             stages,

@@ -40,9 +40,15 @@ impl RestFace {
 }
 
 impl BlockFace {
-    /// All pairs of a face of each of two blocks.
-    pub fn pairs(blocks: [usize; 2]) -> impl Iterator<Item = [Self; 2]> {
-        let faces = |block| FaceId::all().map(move |face| Self { block, face });
+    /// All pairs of a face of each of two blocks; of a part only faces of its cell.
+    pub fn pairs(geometry: &Geometry, blocks: [usize; 2]) -> impl Iterator<Item = [Self; 2]> {
+        let faces = |block| {
+            let part = geometry.part(block);
+            let of_cell = move |face: &FaceId| {
+                part.is_none_or(|part| !face.upper && part.faces[face.direction].is_some())
+            };
+            FaceId::all().filter(of_cell).map(move |face| Self { block, face })
+        };
         faces(blocks[0]).flat_map(move |first| faces(blocks[1]).map(move |second| [first, second]))
     }
 

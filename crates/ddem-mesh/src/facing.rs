@@ -73,7 +73,7 @@ impl Geometry {
         let boxes: Vec<_> = (0..self.blocks.len()).map(around).collect();
         let touch = |&[a, b]: &[u32; 2]| {
             let blocks = [a as usize, b as usize];
-            BlockFace::pairs(blocks).any(|faces| {
+            BlockFace::pairs(self, blocks).any(|faces| {
                 let rest = self.opposed(faces);
                 rest.is_some_and(|rest| self.face_overlap(blocks, &rest, [0.0; 2]).is_some())
             })

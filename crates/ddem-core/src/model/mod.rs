@@ -26,6 +26,7 @@ use std::sync::{Arc, OnceLock};
 
 use block_boxes::BlockBoxes;
 use contacts::at_bonds;
+use whole::CellCount;
 
 use crate::model::boundary::{Boundaries, StageGeometry};
 use crate::model::conditions::{ActiveConditions, AppliedForces, Conditions};
@@ -57,6 +58,7 @@ pub struct Model {
     pub(crate) packs: Packs,
     /// Nodes that move as one.
     pub(crate) ties: TiedSlots,
+    cell_count: CellCount,
     pub(crate) assembly: Assembly,
     pub(crate) conditions: Conditions,
     pub(crate) boundaries: Boundaries,
@@ -106,9 +108,11 @@ impl Model {
         boundaries.note_damping(geometries, &assembly);
         let in_situ = InSitu::new(stresses.clone(), &geometry, &packs, &assembly);
         let ties = TiedSlots::new(&geometry, &packs);
+        let cell_count = CellCount::new(&geometry);
         Self {
             packs,
             ties,
+            cell_count,
             assembly,
             conditions,
             boundaries,

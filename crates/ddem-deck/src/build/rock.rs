@@ -1,6 +1,7 @@
 //! Regions of rock: from a deck to cells.
 
 mod assigned;
+mod beside;
 mod blocks;
 mod cuts;
 mod fractures;
@@ -15,7 +16,7 @@ mod thick;
 mod ties;
 
 pub(in crate::build) use assigned::AssignedRock;
-pub(in crate::build) use blocks::cut as cut_rock;
+pub(in crate::build) use blocks::RockBlocks;
 pub use fractures::RockFracture;
 pub use planes::RockPlane;
 pub(crate) use shape::parts;
@@ -66,7 +67,8 @@ impl Deck {
         self.with_tunnels().cut_checked()
     }
 
-    fn cut_checked(&self) -> Result<CutRock, ModelError> {
+    /// Cuts the regions of a deck without mistakes; no cells without regions.
+    pub(in crate::build) fn cut_checked(&self) -> Result<CutRock, ModelError> {
         let mut shapes = Vec::new();
         for (number, region) in self.region.iter().enumerate() {
             shapes.push(parts(region).map_err(|(key, error)| {
@@ -293,16 +295,19 @@ impl CutRock {
     #[must_use]
     pub fn is_joint(&self, face: &CommonFace) -> bool {
         let plane = &self.complex.planes()[face.plane as usize];
-        (plane.source != PlaneSource::Region || self.file_joint(face).is_some())
+        (plane.source != PlaneSource::Region || self.region_joint(face).is_some())
             && !self.is_joined(face)
     }
 
-    /// Name of the joint between two cells of a file.
-    pub(crate) fn file_joint(&self, face: &CommonFace) -> Option<&String> {
+    /// Name of the joint between two cells of a file, or of two regions that both have one: that of
+    /// the later region.
+    pub(crate) fn region_joint(&self, face: &CommonFace) -> Option<&String> {
         let plane = &self.complex.planes()[face.plane as usize];
-        let [own, other] = face.cells.map(|cell| self.region_number(cell as usize));
-        let between = plane.source == PlaneSource::Region && own == other && !plane.joined;
-        self.deck.region[own].joint.as_ref().filter(|_| between)
+        let regions = face.cells.map(|cell| self.region_number(cell as usize));
+        let [own, other] = regions.map(|region| self.deck.region[region].joint.as_ref());
+        let later = if regions[0] > regions[1] { own } else { other };
+        let both = own.is_some() && other.is_some();
+        later.filter(|_| plane.source == PlaneSource::Region && !plane.joined && both)
     }
 
     /// True if the cells on both sides of a common face are one block.

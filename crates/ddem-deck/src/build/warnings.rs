@@ -91,8 +91,7 @@ impl BuiltDeck {
             let message =
                 format!("`[[remove]]` removes all blocks of set `{}`", self.deck.set_name(set));
             let help = "`set` in its `where` limits it to one set";
-            let section = if self.deck.region.is_empty() { "blocks" } else { "region" };
-            Diagnostic::warning(Code::EmptySet, format!("{section}[{set}]"), message, help)
+            Diagnostic::warning(Code::EmptySet, self.deck.set_place(set), message, help)
         })
     }
 

@@ -18,7 +18,14 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let named = deck.blocks.iter().enumerate();
     let named =
         named.filter_map(|(i, set)| Some((format!("blocks[{i}].name"), set.name.as_deref()?)));
-    faults.unique("set of blocks", named);
+    faults.unique("set of blocks", named.clone());
+    // A `set` in `where` names either.
+    for (place, name) in named {
+        if deck.region.iter().any(|region| region.name.as_deref() == Some(name)) {
+            let message = format!("there is a region named `{name}`, too");
+            faults.add(ErrorCode::InvalidName, place, message);
+        }
+    }
     for (i, set) in deck.blocks.iter().enumerate() {
         let at = format!("blocks[{i}]");
         material_of(deck, &at, &set.material, faults);

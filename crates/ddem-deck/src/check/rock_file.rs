@@ -37,11 +37,10 @@ fn surface(place: &str, path: &str, triangles: &Triangles, faults: &mut Faults) 
 /// Checks the joint between the cells of a file.
 fn joints(deck: &Deck, at: &str, region: &RockRegion, faults: &mut Faults) {
     let several = region.n_file_cells() > 1;
-    let keys = [("joint", region.joint.is_some()), ("join", region.join)];
-    if let Some((key, _)) = keys.into_iter().find(|(_, given)| *given && !several) {
-        let message = format!("`{key}` is about faces between the cells of a `file` with several");
+    if region.join && !several {
+        let message = "`join` is about faces between the cells of a `file` with several";
         let help = "leave it out: here the region is one cell before it is cut";
-        faults.add_help(ErrorCode::IneffectiveKey, format!("{at}.{key}"), message, help);
+        faults.add_help(ErrorCode::IneffectiveKey, format!("{at}.join"), message, help);
         return;
     }
     match &region.joint {

@@ -11,18 +11,22 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let mut refuse = |place: String, message: &str, help: &str| {
         faults.add_help(ErrorCode::NotSupported, place, message, help);
     };
-    if !deck.blocks.is_empty() {
-        let message = "sets of blocks beside regions cannot be run yet";
-        refuse("blocks[0]".into(), message, "cut the blocks from a region, too");
+    for (i, entry) in deck.refine.iter().enumerate() {
+        let set = entry.r#where.set.as_deref();
+        if !deck.blocks.iter().any(|blocks| set.is_some() && blocks.name.as_deref() == set) {
+            let message = "cells of regions cannot be refined yet";
+            let help =
+                "more `divisions` of the region; `set` in `where` names a set of blocks to refine";
+            refuse(format!("refine[{i}]"), message, help);
+        }
     }
     let sections = [
-        ("refine", !deck.refine.is_empty(), "blocks of regions cannot be refined yet"),
         ("charge", !deck.charge.is_empty(), "charges do not act on regions yet"),
         ("boundary", !deck.boundary.is_empty(), "boundaries do not act on regions yet"),
     ];
     for (section, given, message) in sections {
         if given {
-            refuse(format!("{section}[0]"), message, "leave it out, or model sets of blocks");
+            refuse(format!("{section}[0]"), message, "leave it out, or model sets of blocks alone");
         }
     }
     for (i, _) in deck.load.iter().enumerate().filter(|(_, load)| load.line.is_some()) {

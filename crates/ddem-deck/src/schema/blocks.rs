@@ -109,14 +109,27 @@ impl BlockSet {
 impl Deck {
     /// Name of a set for messages: its name, or its place in the deck if it has none.
     pub(crate) fn set_name(&self, set: usize) -> String {
-        let (section, name) = match self.region.get(set) {
-            Some(region) => ("region", region.name.clone()),
-            None => ("blocks", self.blocks[set].name.clone()),
+        let name = match set.checked_sub(self.region.len()) {
+            Some(index) => &self.blocks[index].name,
+            None => &self.region[set].name,
         };
-        name.unwrap_or_else(|| format!("{section}[{set}]"))
+        name.clone().unwrap_or_else(|| self.set_place(set))
     }
 
-    /// Names of the sets: regions of rock, or sets of blocks.
+    /// Place of a set in the deck.
+    pub(crate) fn set_place(&self, set: usize) -> String {
+        match set.checked_sub(self.region.len()) {
+            Some(index) => format!("blocks[{index}]"),
+            None => format!("region[{set}]"),
+        }
+    }
+
+    /// Number of a set of blocks, by its place in the deck: regions of rock have the first numbers.
+    pub(crate) fn set_number(&self, blocks: usize) -> usize {
+        self.region.len() + blocks
+    }
+
+    /// Names of the sets: regions of rock, then sets of blocks.
     pub(crate) fn set_names(&self) -> Vec<Option<&str>> {
         let regions = self.region.iter().map(|region| region.name.as_deref());
         let sets = self.blocks.iter().map(|set| set.name.as_deref());

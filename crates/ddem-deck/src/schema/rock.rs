@@ -28,7 +28,8 @@ pub struct RockRegion {
     /// (`.obj`), or cells of Neper (`.tess`) `[m]`; needed without another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub file: Option<FileOf<RockFile>>,
-    /// Name of the joint between the cells of `file`; needed without `join` if it has several.
+    /// Name of the joint to regions and sets of blocks that touch the region and have one, too, and
+    /// between the cells of `file`; needed without `join` if the file has several.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub joint: Option<String>,
     /// The cells of `file` are one block where they touch; default `false`.

@@ -6,9 +6,10 @@ use super::empty_selection::{no_block, no_joint, nothing};
 use super::mesh;
 use super::touching::{TouchingFaces, nonconforming_joints};
 use super::{Names, Selector};
+use crate::build::rock::AssignedRock;
 use crate::schema::names::segment;
 use crate::schema::{Assign, Deck, Joint};
-use ddem_core::problem::{Geometry, Lattice, NO_JOINT, Sets};
+use ddem_core::problem::{Geometry, Lattice, NO_JOINT, NonconformingJoint};
 use ddem_core::{ErrorCode, Fault};
 
 /// Entries in force in a stage, with their numbers.
@@ -58,18 +59,20 @@ pub(super) fn assign(
 }
 
 /// Assigns the joints and materials of a stage to a geometry in which blocks may have been removed.
-/// `lattices` are the lattices before any assignment.
+/// `lattices` are those of sets of blocks before any assignment.
 pub(super) fn reassign(
     geometry: &mut Geometry,
     mut lattices: Vec<Arc<Lattice>>,
-    (deck, names, sets): (&Deck, &Names, &Sets),
+    rock: &AssignedRock<'_>,
     stage: usize,
 ) -> Vec<Fault> {
+    let AssignedRock { deck, names, sets, .. } = *rock;
     let selector = |entry: &Assign| Selector::new(&entry.r#where, sets);
-    let unused = assign(&mut lattices, (deck, names), stage, &selector);
+    let mut unused = assign(&mut lattices, (deck, names), stage, &selector);
     let before = geometry.clone();
     let mut other_materials = false;
-    for (own, new) in geometry.lattices.iter_mut().zip(lattices) {
+    let of_sets = geometry.lattices.iter_mut().filter(|lattice| lattice.part.is_none());
+    for (own, new) in of_sets.zip(lattices) {
         if own.joint == new.joint && own.material == new.material {
             continue;
         }
@@ -95,11 +98,23 @@ pub(super) fn reassign(
     let [mut joined, unjoined] = nonconforming_joints(geometry, (deck, names, stage), sets, &pairs);
     // A run neither adds nor restores joints: blocks in contact stay in contact.
     joined.retain(|joint_pair| before.joint_of(joint_pair.blocks).is_some());
-    geometry.join(joined);
+    join(geometry, joined);
     geometry.unjoined_faces = Arc::new(unjoined);
+    let used = rock.assign(geometry, stage);
+    unused.retain(|entry| !used.contains(entry));
     let mut faults = unused_faults(geometry, deck, &unused, &selector);
     faults.extend(changed(geometry, &before, (deck, names), stage));
     faults
+}
+
+/// Sets the joints between lattices, beside those between the cells of regions.
+pub(super) fn join(geometry: &mut Geometry, between: Vec<NonconformingJoint>) {
+    let touching = TouchingFaces(geometry);
+    let within = geometry.nonconforming_joints.iter().copied();
+    let within = within.filter(|joint_pair| touching.in_one_region(joint_pair.blocks));
+    let mut joints: Vec<NonconformingJoint> = within.chain(between).collect();
+    joints.sort_by_key(|joint_pair| joint_pair.blocks);
+    geometry.join(joints);
 }
 
 /// Faults of entries that select nothing, neither in the lattices nor between two of them.
@@ -136,7 +151,7 @@ fn assigns_nothing(
 
 /// Fault of a joint that is replaced by one of another thickness or elasticity. Blocks, layers and
 /// springs cannot change.
-pub(in crate::build) fn changed(
+fn changed(
     geometry: &Geometry,
     before: &Geometry,
     (deck, names): (&Deck, &Names),

@@ -75,8 +75,8 @@ pub(in crate::build) fn gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic
     warnings
 }
 
-fn of_set(set: usize, code: Code, message: String, help: &str) -> Diagnostic {
-    Diagnostic::warning(code, format!("blocks[{set}]"), message, help)
+fn of_set((deck, set): (&Deck, usize), code: Code, message: String, help: &str) -> Diagnostic {
+    Diagnostic::warning(code, deck.set_place(set), message, help)
 }
 
 /// Warnings about sets whose gap is narrower than the thickness of their joint.
@@ -100,14 +100,14 @@ fn unfilled_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
             name(deck, joint)
         );
         let help = "joints join sets that touch, or whose gap is as wide as the joint is thick";
-        of_set(sets[1], Code::JointDoesNotFill, message, help)
+        of_set((deck, sets[1]), Code::JointDoesNotFill, message, help)
     });
     warnings.collect()
 }
 
 /// Warnings about sets that neither touch nor have a joint, but have a narrow gap.
 fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
-    if deck.blocks.len() < 2 {
+    if deck.set_names().len() < 2 {
         return Vec::new();
     }
     let all =
@@ -131,7 +131,7 @@ fn narrow_gaps(deck: &Deck, geometry: &Geometry) -> Vec<Diagnostic> {
             over(faces)
         );
         let help = "close the gap if they are meant to touch or to be joined";
-        of_set(sets[1], Code::GapBetweenSets, message, help)
+        of_set((deck, sets[1]), Code::GapBetweenSets, message, help)
     });
     warnings.collect()
 }

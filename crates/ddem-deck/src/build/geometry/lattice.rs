@@ -20,7 +20,7 @@ pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Arc<Lattice>>, 
     for (index, set) in deck.blocks.iter().enumerate() {
         if let Some(mesh) = &set.mesh {
             nodes += mesh.nodes.len() as f64;
-            lattices.extend(mesh::lattices((index, set), mesh, names)?);
+            lattices.extend(mesh::lattices((deck, index), mesh, names)?);
             continue;
         }
         let cuts = [0, 1, 2].map(|d| cuts(set, d));
@@ -29,7 +29,7 @@ pub(super) fn lattices(deck: &Deck, names: &Names) -> Result<Vec<Arc<Lattice>>, 
         if nodes >= MOST_NODES {
             return Err(too_many(format!("blocks[{index}]"), nodes));
         }
-        lattices.push(Arc::new(lattice((index, set), cuts, names)?));
+        lattices.push(Arc::new(lattice((deck.set_number(index), set), cuts, names)?));
     }
     Ok(lattices)
 }
@@ -63,7 +63,7 @@ fn cuts(set: &BlockSet, d: usize) -> EdgeCuts {
 }
 
 fn lattice(
-    (index, set): (usize, &BlockSet),
+    (number, set): (usize, &BlockSet),
     cuts: [EdgeCuts; 3],
     names: &Names,
 ) -> Result<Lattice, Vec<Fault>> {
@@ -82,7 +82,7 @@ fn lattice(
         }
     }
     Ok(Lattice {
-        set: index,
+        set: number,
         refined: None,
         origin: Vec3::from(set.origin),
         axes: set.directions().map(|a| Vec3::from(a).normalize()),
@@ -160,7 +160,7 @@ impl Selector {
 /// measured along the normal.
 pub(super) fn open_gaps(lattice: &mut Lattice, deck: &Deck, names: &Names) -> Vec<Fault> {
     let mut faults = Vec::new();
-    let place = format!("blocks[{}]", lattice.set);
+    let place = deck.set_place(lattice.set);
     let thickness: Vec<f64> = deck.joints.values().map(|joint| joint.thickness).collect();
     for d in 0..3 {
         let slant = lattice.normal(d).dot(&lattice.axes[d]);

@@ -7,7 +7,7 @@ use ddem_core::problem::{Geometry, HexMesh, Lattice, MeshBlock, MeshFaces};
 use ddem_core::{ErrorCode, Fault};
 
 use super::Names;
-use crate::schema::{BlockMesh, BlockSet, Body, Deck, JointChoice};
+use crate::schema::{BlockMesh, Body, Deck, JointChoice};
 
 /// Blocks of a mesh, in the order of their numbers.
 fn blocks(index: usize, mesh: &BlockMesh) -> Result<Vec<MeshBlock>, Fault> {
@@ -20,17 +20,18 @@ fn blocks(index: usize, mesh: &BlockMesh) -> Result<Vec<MeshBlock>, Fault> {
 
 /// Lattices of a set given as a mesh: a lattice of one cell for each block.
 pub(super) fn lattices(
-    (index, set): (usize, &BlockSet),
+    (deck, index): (&Deck, usize),
     mesh: &BlockMesh,
     names: &Names,
 ) -> Result<Vec<Arc<Lattice>>, Vec<Fault>> {
+    let (set, number) = (&deck.blocks[index], deck.set_number(index));
     let material = names.material_of(&set.material);
     let joint = match &set.joint {
         Some(JointChoice::All(name)) => Some(names.joint_of(name)),
         _ => None,
     };
     let lattice = |block: &MeshBlock| {
-        let mut lattice = block.lattice(index, material, set.body == Body::Rigid);
+        let mut lattice = block.lattice(number, material, set.body == Body::Rigid);
         if let Some(joint) = joint {
             lattice.joint = [0; 3].map(|_| vec![joint].into());
             lattice.own_joint = [joint; 3];
@@ -52,7 +53,8 @@ pub(super) fn joints(geometry: &Geometry, deck: &Deck, names: &Names) -> Result<
         let found = blocks(index, mesh).map_err(|fault| vec![fault])?;
         let faces = MeshFaces::new(&found);
         // Refined blocks are in lattices of their own, after all others.
-        let first = geometry.lattices.iter().position(|lattice| lattice.set == index).unwrap_or(0);
+        let number = deck.set_number(index);
+        let first = geometry.lattices.iter().position(|lattice| lattice.set == number).unwrap_or(0);
         for (k, entry) in mesh.joints.iter().enumerate() {
             let place = format!("blocks[{index}].mesh.joints[{k}]");
             let [Some((a, _)), Some((b, _))] = entry.faces.map(|quad| faces.of(quad)) else {

@@ -18,7 +18,7 @@ mod stages;
 mod terrain;
 pub(super) mod touching;
 
-pub(in crate::build) use assign::{changed, in_force};
+pub(in crate::build) use assign::in_force;
 use empty_selection::no_block;
 pub(in crate::build) use empty_selection::{coordinates, no_face, no_node, nothing};
 pub use interface::Interface;
@@ -26,15 +26,21 @@ use lattice::lattices;
 pub(super) use select::NodeSearch;
 pub use selection::Selection;
 pub(super) use selector::Selector;
+pub(in crate::build) use sets::box_of;
 pub(in crate::build) use solid::Solid;
-pub(in crate::build) use stages::stages;
+use stages::stages;
 pub(super) use terrain::uncovered;
+use touching::TouchingFaces;
 
 use std::collections::HashSet;
 use std::sync::Arc;
 
+use super::rock::{AssignedRock, RockBlocks};
+use super::sound;
 use crate::schema::{Assign, Deck, Remove};
-use ddem_core::problem::{BlockFace, FaceId, Geometry, JointProperties, Lattice, Sets, Stages};
+use ddem_core::problem::{
+    BlockFace, FaceId, Geometry, JointProperties, Lattice, Set, Sets, Stages,
+};
 use ddem_core::{ErrorCode, Fault};
 
 /// Geometries of the stages of a deck, with the sets to which its selectors refer.
@@ -47,30 +53,20 @@ pub(in crate::build) struct Cut {
     pub(in crate::build) joints: Vec<JointProperties>,
 }
 
-/// Cuts the sets, applies `assign` and `remove`, numbers blocks and nodes.
+/// Cuts regions and sets, applies `assign` and `remove`, numbers blocks and nodes.
 pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault>> {
-    let Refined { mut lattices, sets, mut selections, mut faults } = refined(deck, names)?;
+    let rock = deck.cut_checked().map_err(|error| error.faults)?;
+    sound(rock.thick_joints())?;
+    let Refined { mut lattices, sets, mut selections, mut faults } =
+        refined(deck, names, rock.sets())?;
+    let mut cells = RockBlocks::new(deck, names, &rock);
     let uncovered = |(at, selector): (String, _)| uncovered((&at, selector), &sets, &lattices);
-    let uncovered: Vec<Fault> = deck.selectors().into_iter().flat_map(uncovered).collect();
-    if !uncovered.is_empty() {
-        return Err(uncovered);
-    }
+    sound(deck.selectors().into_iter().flat_map(uncovered).collect())?;
     let of = |entry: &Assign| Selector::new(&entry.r#where, &sets);
     let unused = assign::assign(&mut lattices, (deck, names), 0, &of);
-    let never = |entry: &&Remove| entry.from.is_none();
-    for (index, entry) in deck.remove.iter().enumerate().filter(|(_, e)| never(e)) {
-        let selector = Selector::new(&entry.r#where, &sets);
-        let what = (format!("remove[{index}]"), format!("remove {index}"));
-        selections.extend(Selection::new(what, &selector, &sets, &lattices));
-        let mut found = false;
-        for lattice in lattices.iter_mut().map(Arc::make_mut) {
-            found |= selector.has_set(lattice.set) && selector.remove(lattice);
-        }
-        if !found {
-            let fault = nothing(format!("remove[{index}].where"), "no block");
-            faults.push(no_block(fault, &selector, &lattices));
-        }
-    }
+    let (removed, empty) = removed(deck, &sets, &mut lattices, &mut cells);
+    selections.extend(removed);
+    faults.extend(empty);
     for lattice in lattices.iter_mut().map(Arc::make_mut) {
         // Refined blocks that are too small are so along all edges; one fault is enough.
         let most = if lattice.refined.is_some() { 1 } else { usize::MAX };
@@ -80,83 +76,133 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault
         faults.extend(lattices.iter().filter_map(|lattice| refine::too_fine(lattice, deck, names)));
     }
     faults.extend(overlap::overlaps(&lattices, deck));
-    if !faults.is_empty() {
-        return Err(faults);
-    }
-    let mut geometry = Geometry::new(lattices, sets.bounds);
+    faults.extend(cells.overlaps(&lattices));
+    sound(faults)?;
+    let parts = cells.lattices()?;
+    let touching = overlap::touching(&lattices).into_iter();
+    let touching = touching.map(|(i, j)| (parts.len() + i, parts.len() + j)).collect();
+    let mut geometry = Geometry::new(parts.into_iter().chain(lattices).collect(), sets.bounds);
     if geometry.blocks.is_empty() {
         return Err(vec![Fault::new(ErrorCode::EmptyModel, "remove", "all blocks are removed")]);
     }
-    geometry.touching = Arc::new(overlap::touching(&geometry.lattices));
-    let given = mesh::joints(&geometry, deck, names)?;
-    let pairs = given.iter().map(|(blocks, (joint, _))| (*blocks, *joint)).collect();
-    let [joined, unjoined] =
-        touching::nonconforming_joints(&geometry, (deck, names, 0), &sets, &pairs);
-    geometry.join(joined);
-    geometry.unjoined_faces = Arc::new(unjoined);
-    let mut faults = assign::unused_faults(&geometry, deck, &unused, &of);
-    faults.extend(mesh::unmatched_joints(&geometry, given));
-    if !faults.is_empty() {
-        return Err(faults);
-    }
-    let (stages, excavated) = stages((deck, names), Arc::new(geometry), &sets, None)?;
+    geometry.ties = Arc::new(cells.ties(&geometry));
+    let rock = joined(&mut geometry, (&sets, touching), &cells, unused)?;
+    let joints = cells.stiff_joints(&geometry.nonconforming_joints);
+    let (stages, excavated) = stages(Arc::new(geometry), &rock)?;
     selections.extend(excavated);
-    Ok(Cut { stages, sets, selections, joints: Vec::new() })
+    Ok(Cut { stages, sets, selections, joints })
+}
+
+/// Removes blocks and cells at the start. Returns the blocks that curved and slanted shapes remove, and
+/// the faults of entries that select nothing.
+fn removed(
+    deck: &Deck,
+    sets: &Sets,
+    lattices: &mut [Arc<Lattice>],
+    cells: &mut RockBlocks<'_>,
+) -> (Vec<Selection>, Vec<Fault>) {
+    let (mut selections, mut faults) = (Vec::new(), Vec::new());
+    let never = |entry: &&Remove| entry.from.is_none();
+    for (index, entry) in deck.remove.iter().enumerate().filter(|(_, e)| never(e)) {
+        let selector = Selector::new(&entry.r#where, sets);
+        if deck.region.is_empty() {
+            let what = (format!("remove[{index}]"), format!("remove {index}"));
+            selections.extend(Selection::new(what, &selector, sets, lattices));
+        }
+        let mut found = cells.remove(&selector);
+        for lattice in lattices.iter_mut().map(Arc::make_mut) {
+            found |= selector.has_set(lattice.set) && selector.remove(lattice);
+        }
+        if !found {
+            let fault = nothing(format!("remove[{index}].where"), "no block");
+            faults.push(no_block(fault, &selector, lattices));
+        }
+    }
+    (selections, faults)
+}
+
+/// Joins blocks by the joints at the start. `touching` are the pairs of lattices of sets of blocks that
+/// touch, `unused` the entries that assign nothing to these lattices.
+fn joined<'a>(
+    geometry: &mut Geometry,
+    (sets, mut touching): (&'a Sets, Vec<(usize, usize)>),
+    cells: &RockBlocks<'a>,
+    mut unused: Vec<usize>,
+) -> Result<AssignedRock<'a>, Vec<Fault>> {
+    let (deck, names) = (cells.deck, cells.names);
+    let given = mesh::joints(geometry, deck, names)?;
+    let pairs = given.iter().map(|(blocks, (joint, _))| (*blocks, *joint)).collect();
+    let of_cuts = cells.joints(geometry);
+    let [between, unjoined] =
+        touching::nonconforming_joints(geometry, (deck, names, 0), sets, &pairs);
+    geometry.join(of_cuts.iter().map(|(joint, _)| *joint).collect());
+    assign::join(geometry, between);
+    geometry.unjoined_faces = Arc::new(unjoined);
+    let rock = AssignedRock::new(cells, sets, &of_cuts);
+    let used = rock.assign(geometry, 0);
+    unused.retain(|entry| !used.contains(entry));
+    touching.extend(TouchingFaces(geometry).beside_regions());
+    geometry.touching = Arc::new(touching);
+    let of = |entry: &Assign| Selector::new(&entry.r#where, sets);
+    let mut faults = assign::unused_faults(geometry, deck, &unused, &of);
+    faults.extend(mesh::unmatched_joints(geometry, given));
+    sound(faults)?;
+    Ok(rock)
 }
 
 impl Selector {
-    /// Blocks whose centroid lies in the selector, or that have a face on a plane of it.
+    /// Blocks whose centroid lies in the selector, or that have a face on a plane of it, and parts of
+    /// the cells for which that holds.
     pub(in crate::build) fn blocks(&self, geometry: &Geometry) -> Vec<usize> {
-        if geometry.blocks.iter().enumerate().any(|(block, _)| geometry.part(block).is_some()) {
-            return self.cells(geometry);
-        }
+        let touching = self.cells_on_planes(geometry);
         let inside = |&block: &usize| {
-            let cell = geometry.blocks[block].cell.map(|c| c as usize);
-            !geometry.is_removed(block)
-                && self.has_set(geometry.set(block))
-                && self.selects(geometry.lattice(block), cell)
+            if geometry.is_removed(block) || !self.has_set(geometry.set(block)) {
+                return false;
+            }
+            match geometry.part(block) {
+                Some(part) => {
+                    self.in_ranges(&part.centroid)
+                        && (self.planes() == 0 || touching.contains(&part.cell))
+                }
+                None => {
+                    let cell = geometry.blocks[block].cell.map(|c| c as usize);
+                    self.selects(geometry.lattice(block), cell)
+                }
+            }
         };
         (0..geometry.blocks.len()).filter(inside).collect()
     }
-}
 
-impl Selector {
-    /// Parts of the cells whose centroid lies in the selector and which have a face on each plane.
-    fn cells(&self, geometry: &Geometry) -> Vec<usize> {
-        let all = || (0..geometry.blocks.len()).filter(|&block| !geometry.is_removed(block));
-        let mut touching = HashSet::new();
-        for block in all().filter(|_| self.planes() > 0) {
-            let on = |face: FaceId| {
-                let corners = BlockFace { block, face }.corners(geometry);
-                corners.iter().all(|x| self.on_planes(x))
-            };
-            if FaceId::all().any(on) {
-                touching.extend(geometry.part(block).map(|part| part.cell));
-            }
+    /// Cells with a face on each plane.
+    fn cells_on_planes(&self, geometry: &Geometry) -> HashSet<u32> {
+        if self.planes() == 0 {
+            return HashSet::new();
         }
-        let inside = |&block: &usize| {
-            geometry.part(block).is_some_and(|part| {
-                self.has_set(geometry.set(block))
-                    && self.in_ranges(&part.centroid)
-                    && (self.planes() == 0 || touching.contains(&part.cell))
-            })
+        let on = |block: usize, face: FaceId| {
+            let corners = BlockFace { block, face }.corners(geometry);
+            corners.iter().all(|x| self.on_planes(x))
         };
-        all().filter(inside).collect()
+        let cell = |block: usize| {
+            let part = geometry.part(block).filter(|_| !geometry.is_removed(block))?;
+            FaceId::all().any(|face| on(block, face)).then_some(part.cell)
+        };
+        (0..geometry.blocks.len()).filter_map(cell).collect()
     }
 }
 
-/// Lattices of all sets after refinement, before anything is assigned or removed.
+/// Lattices of all sets of blocks after refinement, before anything is assigned or removed.
 struct Refined {
     lattices: Vec<Arc<Lattice>>,
+    /// Regions and sets of blocks.
     sets: Sets,
     selections: Vec<Selection>,
     /// Faults of the refinement.
     faults: Vec<Fault>,
 }
 
-fn refined(deck: &Deck, names: &Names) -> Result<Refined, Vec<Fault>> {
+fn refined(deck: &Deck, names: &Names, regions: Vec<Set>) -> Result<Refined, Vec<Fault>> {
     let mut lattices = lattices(deck, names)?;
-    let sets = sets::sets(deck, &lattices);
+    let sets = sets::sets(deck, regions, &lattices);
     let (mut selections, mut faults) = (Vec::new(), Vec::new());
     for (index, entry) in deck.refine.iter().enumerate() {
         let selector = Selector::new(&entry.r#where, &sets);

@@ -42,7 +42,7 @@ pub(super) fn overlaps(lattices: &[Arc<Lattice>], deck: &Deck) -> Vec<Fault> {
         Some(
             Fault::new(
                 ErrorCode::OverlappingBlocks,
-                format!("blocks[{}].origin", lattices[j].set),
+                format!("{}.origin", deck.set_place(lattices[j].set)),
                 message,
             )
             .help(help),

@@ -2,28 +2,31 @@
 
 use std::sync::Arc;
 
-use ddem_core::problem::{Lattice, Set, Sets, Vec3, bounds, bounds_of};
+use ddem_core::problem::{Lattice, Set, Sets, Vec3, bounds_of};
 
 use super::selector::PlaneEquation;
 use crate::schema::{BlockSet, Deck, Side};
 
-/// Sets of a deck, from their lattices before refinement.
-pub(super) fn sets(deck: &Deck, lattices: &[Arc<Lattice>]) -> Sets {
+/// Sets of a deck: its regions, and its sets of blocks from their lattices before refinement.
+pub(super) fn sets(deck: &Deck, regions: Vec<Set>, lattices: &[Arc<Lattice>]) -> Sets {
     let set = |(index, entry): (usize, &BlockSet)| {
+        let number = deck.set_number(index);
         let [from, to] =
-            [index, index + 1].map(|set| lattices.partition_point(|lattice| lattice.set < set));
+            [number, number + 1].map(|set| lattices.partition_point(|lattice| lattice.set < set));
         let (ends, corners) = match &lattices[from..to] {
             [lattice] if entry.mesh.is_none() => (ends_of(lattice), lattice.corners()),
             own => box_around(own),
         };
-        Set { name: entry.name.clone(), label: deck.set_name(index), ends, corners }
+        Set { name: entry.name.clone(), label: deck.set_name(number), ends, corners }
     };
-    let list = deck.blocks.iter().enumerate().map(set).collect();
-    Sets { bounds: bounds(lattices), list }
+    let list = regions.into_iter().chain(deck.blocks.iter().enumerate().map(set)).collect();
+    let mut sets = Sets { bounds: [Vec3::zeros(); 2], list };
+    sets.bounds = bounds_of_sets(&sets, |_| true);
+    sets
 }
 
 /// Unit normals of the sides of a set, and positions of its two ends along them.
-type Ends = [(Vec3, [f64; 2]); 3];
+pub(in crate::build) type Ends = [(Vec3, [f64; 2]); 3];
 
 fn ends_of(lattice: &Lattice) -> Ends {
     [0, 1, 2].map(|d| {
@@ -37,8 +40,12 @@ fn ends_of(lattice: &Lattice) -> Ends {
 
 /// Sides and corners of the box along the coordinate axes around the blocks of a mesh.
 fn box_around(lattices: &[Arc<Lattice>]) -> (Ends, [Vec3; 8]) {
-    let corners: Vec<Vec3> = lattices.iter().flat_map(|lattice| lattice.corners()).collect();
-    let [low, high] = bounds_of(&corners);
+    box_of(&lattices.iter().flat_map(|lattice| lattice.corners()).collect::<Vec<_>>())
+}
+
+/// Sides and corners of the box along the coordinate axes around points.
+pub(in crate::build) fn box_of(points: &[Vec3]) -> (Ends, [Vec3; 8]) {
+    let [low, high] = bounds_of(points);
     let end = |d: usize, k: usize| if k >> d & 1 == 1 { high[d] } else { low[d] };
     let corner = |k: usize| Vec3::from([0, 1, 2].map(|d| end(d, k)));
     let ends = [0, 1, 2].map(|d| (Vec3::ith(d, 1.0), [low[d], high[d]]));

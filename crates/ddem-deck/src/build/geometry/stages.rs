@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::empty_selection::{no_block, nothing};
-use super::{Names, Selection, Selector, assign, refined};
+use super::{Selection, Selector, assign, refined};
 use crate::build::rock::AssignedRock;
 use crate::schema::Deck;
 use ddem_core::problem::{Geometry, Sets, Stages};
@@ -19,21 +19,11 @@ struct Removals<'a> {
 }
 
 /// Geometries of the stages, and the blocks that curved and slanted shapes remove.
-pub(in crate::build) fn stages(
-    (deck, all): (&Deck, &Names),
+pub(super) fn stages(
     start: Arc<Geometry>,
-    sets: &Sets,
-    rock: Option<&AssignedRock<'_>>,
+    rock: &AssignedRock<'_>,
 ) -> Result<(Stages, Vec<Selection>), Vec<Fault>> {
-    let reassign = |after: &mut Geometry, stage| -> Result<Vec<Fault>, Vec<Fault>> {
-        match rock {
-            Some(rock) => Ok(rock.reassign(after, stage)),
-            None => {
-                let lattices = refined(deck, all)?.lattices;
-                Ok(assign::reassign(after, lattices, (deck, all, sets), stage))
-            }
-        }
-    };
+    let AssignedRock { deck, names, sets, .. } = *rock;
     let mut removals = Removals { deck, sets, selections: Vec::new(), faults: Vec::new() };
     let mut geometries = vec![(0, start.clone())];
     for stage in 0..deck.stage.len() {
@@ -45,7 +35,8 @@ pub(in crate::build) fn stages(
         if let Some(mut after) = assigned {
             // A fault that appears at one stage may appear again at a later one; it is reported
             // once.
-            for fault in reassign(&mut after, stage)? {
+            let lattices = refined(deck, names, sets.list[..deck.region.len()].to_vec())?.lattices;
+            for fault in assign::reassign(&mut after, lattices, rock, stage) {
                 if removals.faults.iter().all(|other| other.place != fault.place) {
                     removals.faults.push(fault);
                 }

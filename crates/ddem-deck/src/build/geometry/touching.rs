@@ -6,12 +6,13 @@
 //! are apart.
 
 use std::collections::{BTreeSet, HashMap};
+use std::sync::Arc;
 
 use super::assign::in_force;
 use super::{Names, Selector};
-use crate::schema::{Deck, Joint};
+use crate::schema::{Assign, Deck, Joint};
 use ddem_core::problem::{
-    BlockFace, FaceOverlap, Geometry, MISSES, NonconformingJoint, RestFace, SLIVER, Sets,
+    BlockFace, FaceOverlap, Geometry, Lattice, MISSES, NonconformingJoint, RestFace, SLIVER, Sets,
     bounds_of, overlapping_pairs,
 };
 
@@ -23,7 +24,8 @@ pub(super) fn nonconforming_joints(
     sets: &Sets,
     pairs: &HashMap<[u32; 2], u16>,
 ) -> [Vec<NonconformingJoint>; 2] {
-    if geometry.lattices.len() < 2 {
+    let touching = TouchingFaces(geometry);
+    if !touching.any() {
         return [Vec::new(), Vec::new()];
     }
     // Thickness `[m]` and normal stiffness `[Pa/m]`.
@@ -32,17 +34,19 @@ pub(super) fn nonconforming_joints(
     };
     let joints: Vec<[f64; 2]> = deck.joints.values().map(of).collect();
     let thickest = joints.iter().map(|joint| joint[0]).fold(0.0, f64::max);
-    let assigned = in_force(deck, stage).filter_map(|(_, entry)| {
+    let without_cut = |(_, entry): &(usize, &Assign)| entry.r#where.cut.is_none();
+    let assigned = in_force(deck, stage).filter(without_cut).filter_map(|(_, entry)| {
         let joint = names.joint(entry.joint.as_ref()?)?;
         Some((Selector::new(&entry.r#where, sets), joint))
     });
     let assigned: Vec<(Selector, u16)> = assigned.collect();
     let other = |&[a, b]: &[u32; 2]| {
         geometry.blocks[a as usize].lattice != geometry.blocks[b as usize].lattice
+            && !touching.in_one_region([a, b])
     };
-    let (touching, rules) = (TouchingFaces(geometry), JointRules { joints, assigned, pairs });
+    let rules = JointRules { joints, assigned, pairs };
     let abut = |blocks: [u32; 2]| {
-        let mut faces = BlockFace::pairs(blocks.map(|block| block as usize));
+        let mut faces = BlockFace::pairs(geometry, blocks.map(|block| block as usize));
         faces.find_map(|faces| touching.abut(faces, &rules))
     };
     let near = touching.near(thickest).into_iter().filter(other).filter_map(abut);
@@ -64,7 +68,37 @@ struct JointRules<'a> {
 pub(in crate::build) struct TouchingFaces<'a>(pub(in crate::build) &'a Geometry);
 
 impl TouchingFaces<'_> {
-    /// Number of nonconforming joints with the centre of one face in a selector.
+    /// True if faces of different lattices, except those of one region, may touch.
+    pub(super) fn any(&self) -> bool {
+        let lattices = &self.0.lattices;
+        let is_other =
+            |lattice: &Arc<Lattice>| lattice.part.is_none() || lattice.set != lattices[0].set;
+        lattices.len() > 1 && lattices.iter().any(is_other)
+    }
+
+    /// True if both blocks are parts of cells of one region, which has the joints of its cuts.
+    pub(super) fn in_one_region(&self, blocks: [u32; 2]) -> bool {
+        let [a, b] = blocks.map(|block| block as usize);
+        self.0.set(a) == self.0.set(b) && [a, b].iter().all(|&block| self.0.part(block).is_some())
+    }
+
+    /// Pairs of lattices of different sets with faces that touch, a region of rock among them.
+    pub(super) fn beside_regions(&self) -> Vec<(usize, usize)> {
+        if !self.any() || self.0.lattices.iter().all(|lattice| lattice.part.is_none()) {
+            return Vec::new();
+        }
+        let joined = self.0.joined().map(|joint_pair| joint_pair.blocks);
+        let of_region = |blocks: &[u32; 2]| {
+            !self.in_one_region(*blocks)
+                && blocks.iter().any(|&block| self.0.part(block as usize).is_some())
+        };
+        let lattice = |block: u32| self.0.blocks[block as usize].lattice as usize;
+        let pairs = joined.chain(self.unjoined()).filter(of_region);
+        let pairs: BTreeSet<_> = pairs.map(|[a, b]| (lattice(a), lattice(b))).collect();
+        pairs.into_iter().collect()
+    }
+
+    /// Number of nonconforming joints between lattices with the centre of one face in a selector.
     pub(in crate::build) fn joins_at(&self, selector: &Selector) -> usize {
         let inside = |joint_pair: &&NonconformingJoint| {
             let rest_faces = joint_pair.sides().map(|face| face.at_rest(self.0));
@@ -72,7 +106,8 @@ impl TouchingFaces<'_> {
                 .iter()
                 .any(|rest_face| selector.contains_face(&rest_face.centre(), &rest_face.normal))
         };
-        self.0.joined().filter(inside).count()
+        let between = |joint_pair: &&NonconformingJoint| !self.in_one_region(joint_pair.blocks);
+        self.0.joined().filter(between).filter(inside).count()
     }
 
     /// Areas on which other blocks abut, by block and number of the face `[m²]`.
@@ -151,8 +186,11 @@ impl TouchingFaces<'_> {
             };
             let other = self.0.set(indices[0]) != self.0.set(indices[1]);
             (other && !joined.contains(&blocks)).then_some(())?;
-            BlockFace::pairs(indices).find(touch)
+            BlockFace::pairs(self.0, indices).find(touch)
         };
+        if !self.any() {
+            return Vec::new();
+        }
         self.near(0.0).into_iter().filter_map(alone).collect()
     }
 
@@ -168,7 +206,7 @@ impl TouchingFaces<'_> {
                 let rest_faces = self.0.opposed(faces)?;
                 Some(self.0.face_overlap(indices, &rest_faces, [0.0, most])?.gap)
             };
-            let gaps = BlockFace::pairs(indices).filter_map(gap).filter(|gap| *gap <= most);
+            let gaps = BlockFace::pairs(self.0, indices).filter_map(gap).filter(|gap| *gap <= most);
             Some((blocks, gaps.reduce(f64::min)?))
         };
         let other = |&[a, b]: &[u32; 2]| self.0.set(a as usize) != self.0.set(b as usize);

@@ -1,63 +1,57 @@
 //! `[[assign]]` in regions: joints and materials of cells in each stage.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use ddem_core::Fault;
 use ddem_core::problem::{BlockFace, FaceId, Geometry, NonconformingJoint, Sets};
 
 use super::CutRock;
+use super::blocks::RockBlocks;
 use super::joints::{JointOrigin, normal_stiffness};
-use crate::build::geometry::{Names, Selector, changed, in_force, nothing};
+use crate::build::geometry::{Names, Selector, in_force};
 use crate::schema::{Assign, Deck};
 
 /// Joints and materials of cells where nothing is assigned.
 pub(in crate::build) struct AssignedRock<'a> {
-    pub(super) deck: &'a Deck,
-    pub(super) names: &'a Names,
-    pub(super) sets: &'a Sets,
-    pub(super) rock: &'a CutRock,
-    /// Origins of the nonconforming joints, in their order.
-    pub(super) origins: JointOrigins,
+    pub(in crate::build) deck: &'a Deck,
+    pub(in crate::build) names: &'a Names,
+    pub(in crate::build) sets: &'a Sets,
+    rock: &'a CutRock,
+    /// Origins of the joints between cells of one region.
+    origins: BTreeMap<JointFaces, JointOrigin>,
 }
 
-/// Origins of joints, with the blocks and faces of these.
-pub(super) type JointOrigins = Vec<(JointFaces, JointOrigin)>;
-
 /// Blocks and faces of a joint.
-pub(super) type JointFaces = ([u32; 2], [FaceId; 2]);
+type JointFaces = ([u32; 2], [FaceId; 2]);
 
-pub(super) fn face_pair(joint: &NonconformingJoint) -> JointFaces {
+fn face_pair(joint: &NonconformingJoint) -> JointFaces {
     (joint.blocks, joint.faces)
 }
 
-impl AssignedRock<'_> {
-    /// Gives a geometry the joints and materials of a stage. Returns faults of entries that select
-    /// nothing.
-    pub(super) fn assign(&self, geometry: &mut Geometry, stage: usize) -> Vec<Fault> {
+impl<'a> AssignedRock<'a> {
+    pub(in crate::build) fn new(
+        RockBlocks { deck, names, rock, .. }: &RockBlocks<'a>,
+        sets: &'a Sets,
+        joints: &[(NonconformingJoint, JointOrigin)],
+    ) -> Self {
+        let origins = joints.iter().map(|(joint, origin)| (face_pair(joint), *origin)).collect();
+        Self { deck, names, sets, rock, origins }
+    }
+
+    /// Gives the cells of a geometry the joints and materials of a stage. Returns the entries that
+    /// select any.
+    pub(in crate::build) fn assign(&self, geometry: &mut Geometry, stage: usize) -> Vec<usize> {
+        if self.rock.properties.is_empty() {
+            return Vec::new();
+        }
         let entries: Vec<(usize, &Assign, Selector)> = in_force(self.deck, stage)
             .map(|(index, entry)| (index, entry, Selector::new(&entry.r#where, self.sets)))
             .collect();
         let joints = self.assign_joints(geometry, &entries);
         let materials = self.assign_materials(geometry, &entries);
-        let unused = entries.iter().zip(joints.into_iter().zip(materials));
-        let unused = unused.filter(|(_, (joint, material))| !joint && !material);
-        let what = |entry: &Assign| match (&entry.joint, &entry.material) {
-            (Some(_), Some(_)) => "no joint and no block",
-            (Some(_), None) => "no joint",
-            _ => "no block",
-        };
-        let fault = |(index, entry): (usize, &Assign)| {
-            nothing(format!("assign[{index}].where"), what(entry))
-        };
-        unused.map(|((index, entry, _), _)| fault((*index, entry))).collect()
-    }
-
-    /// Gives a geometry in which blocks may have been removed the joints and materials of a stage.
-    pub(in crate::build) fn reassign(&self, geometry: &mut Geometry, stage: usize) -> Vec<Fault> {
-        let before = geometry.clone();
-        let mut faults = self.assign(geometry, stage);
-        faults.extend(changed(geometry, &before, (self.deck, self.names), stage));
-        faults
+        let used = entries.iter().zip(joints.into_iter().zip(materials));
+        let used = used.filter(|(_, (joint, material))| *joint || *material);
+        used.map(|((index, ..), _)| *index).collect()
     }
 
     /// Returns which entries select joints.
@@ -68,11 +62,8 @@ impl AssignedRock<'_> {
     ) -> Vec<bool> {
         let mut used = vec![false; entries.len()];
         let mut joints = geometry.nonconforming_joints.to_vec();
-        // Joints of removed blocks may be left out.
-        let mut origins = self.origins.iter();
         for joint in &mut joints {
-            let own = face_pair(joint);
-            let Some((_, origin)) = origins.find(|(pair, _)| *pair == own) else { break };
+            let Some(origin) = self.origins.get(&face_pair(joint)) else { continue };
             let [a, b] = [0, 1].map(|side| BlockFace {
                 block: joint.blocks[side] as usize,
                 face: joint.faces[side],

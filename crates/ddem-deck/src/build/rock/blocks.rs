@@ -6,78 +6,54 @@
 
 use std::sync::Arc;
 
-use ddem_core::problem::{Geometry, Lattice, PartShape, Set, Sets, Vec3, bounds_of, distorted};
+use ddem_core::problem::{Lattice, NO_JOINT, PartShape, Set, Vec3, distorted};
 use ddem_core::{ErrorCode, Fault};
-use ddem_cut::{CellPart, CommonFace, PlaneSource};
+use ddem_cut::{CellPart, CommonFace};
 
 use super::CutRock;
-use super::assigned::{AssignedRock, JointOrigins, face_pair};
-use crate::build::geometry::{Cut, Names, Selector, nothing, stages};
+use crate::build::geometry::{Names, Selector, box_of};
 use crate::schema::{Deck, SmallKind};
 
 /// Corners in VTK's order, by the numbers of corners by bits.
 pub(super) const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
 
-/// Cells of a deck that become blocks.
-pub(super) struct RockBlocks<'a> {
-    pub(super) deck: &'a Deck,
-    pub(super) names: &'a Names,
+/// Cells of a deck that become blocks; none in a deck without regions.
+pub(in crate::build) struct RockBlocks<'a> {
+    pub(in crate::build) deck: &'a Deck,
+    pub(in crate::build) names: &'a Names,
     pub(super) rock: &'a CutRock,
-    sets: Sets,
+    /// Cells that do not become blocks.
+    removed: Vec<bool>,
     /// Parts of each cell; none if it is removed.
     pub(super) parts: Vec<Vec<CellPart>>,
     /// Block of the first part of each cell.
     pub(super) first: Vec<usize>,
 }
 
-/// Geometry of the regions of a deck at the start.
-pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault>> {
-    let rock = deck.cut_regions().map_err(|error| error.faults)?;
-    let faults = rock.thick_joints();
-    if !faults.is_empty() {
-        return Err(faults);
+impl CutRock {
+    /// Regions as sets, with the boxes around them.
+    pub(in crate::build) fn sets(&self) -> Vec<Set> {
+        let set = |region: usize| {
+            let cells = self.cells_of(region).iter().map(|&cell| &self.complex.cells()[cell]);
+            let corners = cells.flat_map(|cell| cell.vertices());
+            let points: Vec<Vec3> =
+                corners.map(|corner| self.complex.points()[corner as usize]).collect();
+            let (ends, corners) = box_of(&points);
+            let name = self.regions()[region].name.clone();
+            Set { name, label: self.region_name(region), ends, corners }
+        };
+        (0..self.regions().len()).map(set).collect()
     }
-    let sets = sets(deck, &rock);
-    let parts = vec![Vec::new(); rock.properties.len()];
-    let mut blocks = RockBlocks { deck, names, rock: &rock, sets, parts, first: Vec::new() };
-    let mut faults = blocks.find_parts();
-    if faults.is_empty() {
-        faults.extend(blocks.unjoined_regions());
-    }
-    if !faults.is_empty() {
-        return Err(faults);
-    }
-    let (mut geometry, origins) = blocks.geometry()?;
-    let joints = blocks.stiff_joints(&geometry.nonconforming_joints);
-    let sets = blocks.sets;
-    let assigned = AssignedRock { deck, names, sets: &sets, rock: &rock, origins };
-    let faults = assigned.assign(&mut geometry, 0);
-    if !faults.is_empty() {
-        return Err(faults);
-    }
-    let (stages, selections) = stages((deck, names), Arc::new(geometry), &sets, Some(&assigned))?;
-    Ok(Cut { stages, sets, selections, joints })
 }
 
-/// Sets of a deck: its regions, with the boxes around them.
-pub(super) fn sets(deck: &Deck, rock: &CutRock) -> Sets {
-    let set = |region: usize| {
-        let cells = rock.cells_of(region).iter().map(|&cell| &rock.complex.cells()[cell]);
-        let corners = cells.flat_map(|cell| cell.vertices());
-        let points: Vec<Vec3> =
-            corners.map(|corner| rock.complex.points()[corner as usize]).collect();
-        let [low, high] = bounds_of(&points);
-        let end = |d: usize, k: usize| if k >> d & 1 == 1 { high[d] } else { low[d] };
-        let corner = |k: usize| Vec3::from([0, 1, 2].map(|d| end(d, k)));
-        Set {
-            name: deck.region[region].name.clone(),
-            label: rock.region_name(region),
-            ends: [0, 1, 2].map(|d| (Vec3::ith(d, 1.0), [low[d], high[d]])),
-            corners: std::array::from_fn(corner),
-        }
-    };
-    let list: Vec<Set> = (0..deck.region.len()).map(set).collect();
-    Sets { bounds: bounds_of(&list.iter().flat_map(|set| set.corners).collect::<Vec<_>>()), list }
+impl<'a> RockBlocks<'a> {
+    /// Cells of regions but for those that are too thin.
+    pub(in crate::build) fn new(deck: &'a Deck, names: &'a Names, rock: &'a CutRock) -> Self {
+        let n = rock.properties.len();
+        let too_thin = |cell| rock.treatment(cell) == Some(SmallKind::Removed);
+        let removed = (0..n).map(too_thin).collect();
+        Self { deck, names, rock, removed, parts: vec![Vec::new(); n], first: Vec::new() }
+    }
 }
 
 impl RockBlocks<'_> {
@@ -89,64 +65,34 @@ impl RockBlocks<'_> {
         self.rock.complex.cells()[cell].region as usize
     }
 
-    /// Finds the parts of all cells that are not removed at the start. Returns faults.
-    fn find_parts(&mut self) -> Vec<Fault> {
-        let (mut faults, mut removed) = (Vec::new(), vec![false; self.parts.len()]);
-        for (index, entry) in self.deck.remove.iter().enumerate() {
-            if entry.from.is_some() {
-                continue;
+    /// Cells that become blocks.
+    pub(super) fn left(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.removed.len()).filter(|&cell| !self.removed[cell])
+    }
+
+    /// Removes the cells of a selector. Returns false if it has none.
+    pub(in crate::build) fn remove(&mut self, selector: &Selector) -> bool {
+        let mut found = false;
+        for (cell, removed) in self.removed.iter_mut().enumerate() {
+            if self.rock.selects(selector, cell) {
+                (*removed, found) = (true, true);
             }
-            let selector = Selector::new(&entry.r#where, &self.sets);
-            let chosen: Vec<usize> =
-                (0..self.parts.len()).filter(|&cell| self.rock.selects(&selector, cell)).collect();
-            if chosen.is_empty() {
-                faults.push(nothing(format!("remove[{index}].where"), "no block"));
-            }
-            chosen.into_iter().for_each(|cell| removed[cell] = true);
         }
-        for (cell, removed) in removed.into_iter().enumerate() {
-            let small = self.rock.treatment(cell);
-            if removed || small == Some(SmallKind::Removed) {
-                continue;
-            }
+        found
+    }
+
+    /// Lattices of one cell, one for each part of the cells that are left.
+    pub(in crate::build) fn lattices(&mut self) -> Result<Vec<Arc<Lattice>>, Vec<Fault>> {
+        let mut lattices: Vec<Arc<Lattice>> = Vec::new();
+        for cell in self.left().collect::<Vec<_>>() {
             self.parts[cell] = self.rock.parts(cell);
         }
-        if faults.is_empty() && self.parts.iter().all(Vec::is_empty) {
-            let message = "all blocks are removed";
-            faults.push(Fault::new(ErrorCode::EmptyModel, "remove", message));
-        }
-        faults
-    }
-
-    /// Fault of regions that share a face, across which no joint is given.
-    fn unjoined_regions(&self) -> Option<Fault> {
-        let shared = self.rock.common.iter().find(|face| {
-            let plane = &self.rock.complex.planes()[face.plane as usize];
-            let between = plane.source == PlaneSource::Region && !plane.joined;
-            between && self.rock.file_joint(face).is_none() && self.both_exist(face)
-        })?;
-        let regions = shared.cells.map(|cell| self.region(cell as usize));
-        let [a, b] = [regions[0].min(regions[1]), regions[0].max(regions[1])];
-        let names = [a, b].map(|region| self.rock.region_name(region));
-        let message = format!(
-            "regions `{}` and `{}` touch: joints between regions cannot be run yet",
-            names[0], names[1]
-        );
-        let help = "make one region of both, as a `prism` for example";
-        Some(Fault::new(ErrorCode::NotSupported, format!("region[{b}]"), message).help(help))
-    }
-
-    pub(super) fn both_exist(&self, face: &CommonFace) -> bool {
-        face.cells.iter().all(|&cell| !self.parts[cell as usize].is_empty())
-    }
-
-    /// Blocks and joints before anything is assigned, with the origins of the joints.
-    fn geometry(&mut self) -> Result<(Geometry, JointOrigins), Vec<Fault>> {
-        let mut lattices: Vec<Arc<Lattice>> = Vec::new();
         for cell in 0..self.parts.len() {
             self.first.push(lattices.len());
-            let material = &self.rock.region(cell).material;
-            let material = self.names.material(material).unwrap_or_default();
+            let entry = self.rock.region(cell);
+            let material = self.names.material(&entry.material).unwrap_or_default();
+            let joint = entry.joint.as_ref().and_then(|name| self.names.joint(name));
+            let own_joint = [joint.unwrap_or(NO_JOINT); 3];
             let (set, n) = (self.region(cell), self.rock.divisions(cell));
             let parts = &self.parts[cell];
             for (part, [inertia, _]) in parts.iter().zip(self.rock.inertia(cell, parts)) {
@@ -154,16 +100,16 @@ impl RockBlocks<'_> {
                 if distorted(&shape, n) {
                     return Err(vec![twisted(cell, self.region(cell))]);
                 }
+                let rigid = self.rock.is_rigid(cell);
                 let lattice = shape.lattice(set, material, n);
-                lattices.push(Arc::new(Lattice { rigid: self.rock.is_rigid(cell), ..lattice }));
+                lattices.push(Arc::new(Lattice { rigid, own_joint, ..lattice }));
             }
         }
-        let mut geometry = Geometry::new(lattices, self.sets.bounds);
-        geometry.ties = Arc::new(self.ties(&geometry));
-        let joints = self.joints(&geometry);
-        let origins = joints.iter().map(|(joint, origin)| (face_pair(joint), *origin)).collect();
-        geometry.join(joints.into_iter().map(|(joint, _)| joint).collect());
-        Ok((geometry, origins))
+        Ok(lattices)
+    }
+
+    pub(super) fn both_exist(&self, face: &CommonFace) -> bool {
+        face.cells.iter().all(|&cell| !self.parts[cell as usize].is_empty())
     }
 
     fn shape(&self, cell: usize, part: &CellPart, inertia: f64) -> PartShape {

@@ -15,7 +15,7 @@ const STIFF: f64 = 0.1;
 
 /// Origin of a joint: what holds where nothing is assigned.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct JointOrigin {
+pub(in crate::build) struct JointOrigin {
     /// Number of the joint.
     pub(super) own: u16,
     /// Number of the cut; `None` between cells of a file.
@@ -27,9 +27,12 @@ pub(super) struct JointOrigin {
 }
 
 impl RockBlocks<'_> {
-    /// Joints between parts of cells that are not joined, sorted by their blocks, before anything is
-    /// assigned.
-    pub(super) fn joints(&self, geometry: &Geometry) -> Vec<(NonconformingJoint, JointOrigin)> {
+    /// Joints between parts of cells of one region that are not joined, sorted by their blocks, before
+    /// anything is assigned.
+    pub(in crate::build) fn joints(
+        &self,
+        geometry: &Geometry,
+    ) -> Vec<(NonconformingJoint, JointOrigin)> {
         let mut joints = Vec::new();
         for face in self.rock.common.iter().filter(|face| self.both_exist(face)) {
             let Some(origin) = self.origin(face) else { continue };
@@ -63,7 +66,9 @@ impl RockBlocks<'_> {
         };
         let own = match cut {
             Some(cut) => self.deck.cut[cut as usize].joint.as_ref(),
-            None => self.rock.file_joint(face),
+            // Sets that touch give the joints between regions.
+            None if regions[0] != regions[1] => None,
+            None => self.rock.region_joint(face),
         };
         let own = self.names.joint(own?)?;
         let own = cut.filter(|_| is_rock).map_or(own, |cut| self.bridge(cut, regions[0]));
@@ -96,7 +101,10 @@ impl RockBlocks<'_> {
 
     /// Joints of rock between joined cells whose nodes do not match, one for each region; none
     /// without such cells.
-    pub(super) fn stiff_joints(&self, joints: &[NonconformingJoint]) -> Vec<JointProperties> {
+    pub(in crate::build) fn stiff_joints(
+        &self,
+        joints: &[NonconformingJoint],
+    ) -> Vec<JointProperties> {
         let first = self.stiff_joint(0);
         if joints.iter().all(|joint| joint.joint < first) {
             return Vec::new();

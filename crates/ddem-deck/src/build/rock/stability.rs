@@ -2,11 +2,10 @@
 
 use std::collections::HashSet;
 
-use ddem_core::problem::Vec3;
+use ddem_core::problem::{FRICTION, Sets, Vec3, bounds_of};
 use ddem_cut::{CommonFace, Compass, FirstMotion, JointFace, PlaneSource, merged_faces};
 
 use super::CutRock;
-use super::blocks::sets;
 use crate::build::geometry::Selector;
 use crate::schema::{Joint, Where};
 
@@ -137,7 +136,9 @@ impl CutRock {
 impl<'a> FirstStage<'a> {
     fn new(rock: &'a CutRock) -> Self {
         let deck = &rock.deck;
-        let sets = sets(deck, rock);
+        let list = rock.sets();
+        let bounds = bounds_of(&list.iter().flat_map(|set| set.corners).collect::<Vec<_>>());
+        let sets = Sets { bounds, list };
         let number = |name: &String| deck.stage_number(name);
         let first = deck.remove.iter().filter_map(|entry| number(entry.from.as_ref()?)).min();
         let now = |from: Option<&String>| from.is_none_or(|name| number(name) == first);
@@ -267,9 +268,9 @@ impl<'a> FirstStage<'a> {
             }
         }
         let mut name = match entry {
-            Some(entry) if bridge => entry.bridge_joint()?,
-            Some(entry) => entry.joint.as_ref()?,
-            None => rock.file_joint(common)?,
+            Some(entry) if bridge => Some(entry.bridge_joint()?),
+            Some(entry) => Some(entry.joint.as_ref()?),
+            None => rock.region_joint(common),
         };
         let regions = common.cells.map(|cell| complex.cells()[cell as usize].region as usize);
         for (selector, of_cut, joint) in self.assigned.iter().filter(|_| !bridge) {
@@ -277,10 +278,16 @@ impl<'a> FirstStage<'a> {
                 of_cut.is_none_or(|name| entry.and_then(|of| of.name.as_ref()) == Some(name));
             let in_set = regions.iter().any(|&region| selector.has_set(region));
             if same && in_set && selector.contains_face(&centre, &normal) {
-                name = joint;
+                name = Some(joint);
             }
         }
-        let strength = rock.deck.joints.get(name).and_then(strength);
+        let strength = match name {
+            Some(name) => rock.deck.joints.get(name).and_then(strength),
+            // Regions without a joint between them meet in contact.
+            None => {
+                Some([0.0, libm::tan(rock.deck.contact.friction.unwrap_or(FRICTION).to_radians())])
+            }
+        };
         Some(ExposedJoint {
             normal,
             area: complex.common_area(common),

@@ -18,7 +18,7 @@ struct JoinedPoints<'a> {
 impl RockBlocks<'_> {
     /// Ties of the nodes of parts that share them: of one cell, and of cells that are joined at faces
     /// around the node. Both sides of a joint that ends within a block stay apart.
-    pub(super) fn ties(&self, geometry: &Geometry) -> Ties {
+    pub(in crate::build) fn ties(&self, geometry: &Geometry) -> Ties {
         let mut points = self.joined_points();
         let mut nodes: HashMap<Vec<(u32, u64)>, Vec<u32>> = HashMap::new();
         for (cell, parts) in self.parts.iter().enumerate() {
