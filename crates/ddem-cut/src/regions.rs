@@ -75,6 +75,10 @@ impl CellComplex {
                 coplanar::unite(&mut complex, first, distance, !region.jointed);
             }
         }
+        if regions.len() > 1 {
+            let distance = complex.tolerance;
+            coplanar::unite(&mut complex, 0, distance, false);
+        }
         complex
     }
 

@@ -17,6 +17,7 @@ mod messages;
 mod model_messages;
 mod notation;
 mod rock;
+mod rock_beside;
 mod rock_decks;
 mod rock_files;
 mod rock_fractures;

@@ -369,7 +369,6 @@ fn wrong_files_of_regions() {
         (stl(&turned_one), ""),
         (stl(&inside_out(&cube)), ""),
         (stl(&crossing), ""),
-        (stl(&cube), "joint = 'grain'"),
         ("x".to_owned(), ""),
     ] {
         add("body.stl", &content, keys);

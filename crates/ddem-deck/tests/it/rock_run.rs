@@ -288,7 +288,6 @@ fn rigid_cells_have_the_inertia_of_their_polyhedra() {
 #[test]
 fn entries_that_regions_do_not_have_yet() {
     let sections = [
-        "[[blocks]]\nsize = [1, 1, 1]\nmaterial = 'granite'\norigin = [9, 0, 0]",
         "[[refine]]\nfactor = 2\nwhere = { x = [0, 1] }",
         "[[charge]]\nmass = 1.0\nexplosive = { density = 1000.0, detonation_velocity = 4000.0, gamma = 3.0 }\nwhere = { x = [0, 1] }",
         "[[boundary]]\nkind = 'viscous'\nwhere = { x = 4.0 }",
@@ -319,8 +318,6 @@ fn wrong_geometries_of_regions() {
     let text = whole("[[assign]]\njoint = 'major'").replace(stiffnesses, thick);
     found.extend(messages(&text));
     assert!(messages(&text.replace("0.3", "0.1")).is_empty());
-    let beside = "[[region]]\nname = 'other'\nbox = { from = [4, 0, 0], to = [6, 3, 2] }\nmaterial = 'soil'\n";
-    found.extend(messages(&format!("{HEAD}{BOX}{beside}{CUTS}{REST}")));
     found.extend(messages(
         &whole("").replace("where = { z = 0.0 }", "where = { x = 2.2, z = 0.0 }"),
     ));
