@@ -8,6 +8,7 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use super::nodal_areas;
 use super::patch_builder::PatchBuilder;
 use super::release::{JointLoad, JointStatus};
 use super::{CombinedSurface, Configuration, ContactBlock, ContactModel, ContactPoint, Patch};
@@ -159,6 +160,7 @@ pub fn bonded_patches(
         builder.bond(joint_pair, joints[usize::from(joint_pair.joint)], both)
     };
     let mut bonded: Vec<BondedPatch> = geometry.nonconforming_joints.par_iter().map(bond).collect();
+    nodal_areas::correct(&mut bonded, &contact_model.blocks, geometry);
     let mut next = first;
     for joint in &mut bonded {
         joint.first_pair = next;

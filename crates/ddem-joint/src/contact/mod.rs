@@ -42,6 +42,7 @@ mod history_transfer;
 mod joined_cells;
 mod matched;
 mod meeting;
+mod nodal_areas;
 mod patch;
 mod patch_builder;
 mod release;
