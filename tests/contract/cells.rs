@@ -7,14 +7,18 @@ use super::decks::CELLS;
 use super::resume::everything;
 use super::shared::{Frames, How, deck, run, run_into};
 
-/// Deck of two regions on a set of blocks, all joined.
+/// Deck of two regions on a set of blocks, all joined. Its joints are ten times as strong, so that it
+/// rests at once.
 fn beside() -> String {
-    let below = CELLS.replace("where = { z = 0.0 }", "where = { z = -1.0 }");
+    let strong = [("2e4", "2e5"), ("1e4", "1e5"), ("[4e5, 2e5, 1e5]", "[4e6, 2e6, 1e6]")];
+    let strong = strong.iter().fold(CELLS.to_owned(), |text, (old, new)| text.replace(old, new));
+    let below = strong.replace("where = { z = 0.0 }", "where = { z = -1.0 }");
     let joined = below.replace("divisions = 4", "divisions = 2\njoint = 'seam'");
     let more = "[[blocks]]\nname = 'bed'\norigin = [0, 0, -1]\nsize = [3, 3, 1]\ncount = [2, 2, 1]\n\
                 divisions = 2\nmaterial = 'rock'\njoint = 'seam'\n\
                 [[region]]\nname = 'side'\nbox = { from = [3, 0, 0], to = [4, 3, 3] }\n\
-                material = 'rock'\ndivisions = 2\njoint = 'seam'\n[[cut]]\n";
+                material = 'rock'\ndivisions = 2\njoint = 'seam'\n\
+                [[fix]]\nwhere = { set = 'side' }\naxes = 'xyz'\n[[cut]]\n";
     joined.replacen("[[cut]]\n", more, 1)
 }
 

@@ -27,8 +27,8 @@ const FACTORS: [f64; 2] = [0.5, 2.0];
 /// Largest number of steps of the conjugate gradients.
 const MOST_STEPS: usize = 200;
 
-/// Block and number of a face.
-type FaceKey = (u32, u8);
+/// Number of a block and of its face.
+type NumberedFace = (u32, u8);
 
 /// Nodes of a face.
 struct FaceNodes {
@@ -42,7 +42,7 @@ struct FaceNodes {
 }
 
 impl FaceNodes {
-    fn new(geometry: &Geometry, (block, face): FaceKey) -> Self {
+    fn new(geometry: &Geometry, (block, face): NumberedFace) -> Self {
         let block = block as usize;
         let first = geometry.blocks[block].first_node;
         let face = BlockFace { block, face: FaceId::from_number(face) };
@@ -74,7 +74,7 @@ impl FaceNodes {
 /// Makes the areas of points such that a uniform traction gives each node of a part of a cell exactly
 /// its force, up to the rounding of coordinates.
 pub(super) fn correct(bonded: &mut [BondedPatch], blocks: &[ContactBlock], geometry: &Geometry) {
-    let mut faces: BTreeMap<FaceKey, FaceNodes> = BTreeMap::new();
+    let mut faces: BTreeMap<NumberedFace, FaceNodes> = BTreeMap::new();
     for patch in bonded.iter().map(|joint| &joint.patch) {
         if patch.blocks.iter().any(|&block| blocks[block as usize].is_part()) {
             for key in keys(patch.blocks, &patch.points) {
@@ -127,7 +127,7 @@ pub(super) fn correct(bonded: &mut [BondedPatch], blocks: &[ContactBlock], geome
 }
 
 /// Faces of the two sides of a joint; none without points.
-fn keys(blocks: [u32; 2], points: &[ContactPoint]) -> Vec<FaceKey> {
+fn keys(blocks: [u32; 2], points: &[ContactPoint]) -> Vec<NumberedFace> {
     let first = points.first();
     let of = |point: &ContactPoint| [0, 1].map(|side| (blocks[side], point.points[side].face));
     first.map(of).into_iter().flatten().collect()
@@ -138,7 +138,7 @@ fn shares<'a>(
     point: &'a ContactPoint,
     sides: [u32; 2],
     blocks: &'a [ContactBlock],
-) -> impl Iterator<Item = (FaceKey, usize, f64)> + 'a {
+) -> impl Iterator<Item = (NumberedFace, usize, f64)> + 'a {
     (0..2).flat_map(move |side| {
         let (block, at) = (sides[side], &point.points[side]);
         let weights = blocks[block as usize].weights(at);
