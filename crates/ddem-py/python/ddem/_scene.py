@@ -35,7 +35,7 @@ class Scene:
     when: str  # stage, and time in motion or step in a relaxation
     points: Floats  # (n_nodes, 3) m, reference positions
     displacement: Floats  # (n_nodes, 3) m
-    elements: Integers  # (n_elements, 8) in the order of VTK
+    elements: Integers  # (n_elements, 8) in the order of VTK; parts of a cell share nodes
     blocks: Integers  # (n_elements,) number of the block
     removed: npt.NDArray[np.bool_]  # (n_elements,) true for removed blocks
     rigid: npt.NDArray[np.bool_]  # (n_elements,) true for rigid blocks, which have no stress
@@ -81,15 +81,17 @@ def scene_of(source: Source, index: int, joints: bool, contacts: bool = False) -
         except (ValueError, KeyError):
             return np.zeros(len(elements), np.bool_)
 
+    blocks = np.asarray(seen.element_block, np.int64)
+    displacement = np.asarray(seen.displacement, np.float64)
     pairs: Any = seen.pairs if joints else {}
     met = seen.contacts if contacts else None
     return Scene(
         title=seen.title,
         when=_when(seen),
         points=seen.points,
-        displacement=np.asarray(seen.displacement, np.float64),
-        elements=elements,
-        blocks=np.asarray(seen.element_block, np.int64),
+        displacement=displacement,
+        elements=_shared(elements, blocks, seen.points, displacement),
+        blocks=blocks,
         removed=marked("removed"),
         rigid=marked("rigid", "element_rigid"),
         fields=fields,
@@ -99,6 +101,33 @@ def scene_of(source: Source, index: int, joints: bool, contacts: bool = False) -
         quads=seen.quads if joints else np.empty((0, 4), np.int64),
         contacts={} if met is None else {name: met[name] for name in met.dtype.names or ()},
     )
+
+
+# Distance at rest within which nodes of a block are one, relative to the size of the model.
+_ONE = 1e-9
+
+
+def _shared(elements: Integers, blocks: Integers, points: Floats, displacement: Floats) -> Integers:
+    """Same elements with one node for those of a block that have one place and one displacement.
+
+    Cells consist of parts whose nodes are copies of each other. Sides of a slit may part, and stay two.
+    """
+    _, number = np.unique(blocks, return_counts=True)
+    # All blocks are divided evenly: none has copies.
+    if int(((np.round(np.cbrt(number)) + 1) ** 3).sum()) == len(points) or len(elements) == 0:
+        return elements
+    owner = np.zeros(len(points), np.int64)
+    owner[elements] = blocks[:, None]
+    low = points.min(axis=0)
+    step = max(_ONE * float((points.max(axis=0) - low).max()), np.finfo(float).tiny)
+    places = np.round((points - low) / step).astype(np.int64)
+    # Zero added turns -0 into 0.
+    bits = np.ascontiguousarray(displacement + 0.0).view(np.int64)
+    _, first, copy = np.unique(
+        np.column_stack([owner, places, bits]), axis=0, return_index=True, return_inverse=True
+    )
+    shared: Integers = first[copy.reshape(-1)][elements]
+    return shared
 
 
 def _when(seen: Any) -> str:

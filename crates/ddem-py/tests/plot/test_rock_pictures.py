@@ -7,6 +7,7 @@ from pathlib import Path
 import ddem
 import numpy as np
 import pytest
+from ddem import _scene
 from ddem._stereonet import great_circle, mean_normal, normals_of, project
 
 
@@ -119,3 +120,21 @@ def test_wrong_arguments_are_refused(keys: dict, message: str) -> None:
         ddem.plot_blocks(rock(), **keys, show=False)
     with pytest.raises(TypeError, match="expected a Model or its cells"):
         ddem.plot_blocks("deck.toml")
+
+
+def test_parts_of_a_cell_have_no_lines_between_them() -> None:
+    """A plane through a brick of 2×1×1 m makes two cells, of which each edge is halved by its parts."""
+    stiff = {"normal_stiffness": 1e10, "shear_stiffness": 1e10}
+    model = ddem.Model(contact=False)
+    rock = ddem.Material(density=2500, young=20e9, poisson=0.25)
+    model.add_region(box={"from": (0, 0, 0), "to": (2, 1, 1)}, material=rock)
+    middle = {"dip": 90, "dip_direction": 90, "through": (1, 0, 0)}
+    model.cut(plane=middle, joint=ddem.Joint(**stiff))
+    model.fix("xyz", z=0.0)
+    model.load(pressure=1e6, z=1.0)
+    simulation = model.build(threads=1)
+    simulation.relax(quiet=True)
+    frame = _scene.scene_of(simulation, -1, False)
+    faces, _ = _scene.skin(frame.elements)
+    assert len(faces) == 2 * 6 * 4
+    assert len(_scene.lines_of(frame.points, faces, False)) == 2 * 12 * 2
