@@ -7,6 +7,7 @@ import io
 import os
 import re
 import subprocess
+import warnings
 from pathlib import Path
 
 import pytest
@@ -91,7 +92,9 @@ def test_tutorial_prints_what_it_shows(tmp_path: Path, monkeypatch: pytest.Monke
                 run(text, tmp_path)
             elif kind == "python":
                 out = io.StringIO()
-                with contextlib.redirect_stdout(out):
+                # A reader who follows the page sees no warning.
+                with contextlib.redirect_stdout(out), warnings.catch_warnings():
+                    warnings.simplefilter("error")
                     exec(compile(text, str(page), "exec"), names)
                 printed = out.getvalue()
             elif kind == "text":
