@@ -50,6 +50,46 @@ fn run_continues_after_a_full_disk() {
     }
 }
 
+/// A folder that nobody may write to, one in it, and one below a file are refused before anything is
+/// written. Permissions do not hold for root, whose run is therefore that of another user.
+#[test]
+#[cfg(unix)]
+fn read_only_folders_are_refused_before_the_run() {
+    use std::fs::{Permissions, create_dir, metadata, read_dir, set_permissions};
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    use std::os::unix::process::CommandExt;
+
+    const NOBODY: u32 = 65534;
+    let desk = Desk::with(&[PRESS]);
+    create_dir(desk.path("locked")).unwrap();
+    let root = metadata(desk.path("locked")).unwrap().uid() == 0;
+    let run = |out: &str| {
+        let mut command = desk.command(&format!("column.toml --quiet --out {out}"));
+        if root {
+            command.uid(NOBODY).gid(NOBODY);
+        }
+        command.stderr(Stdio::piped()).spawn().map(end)
+    };
+    set_permissions(desk.path(""), Permissions::from_mode(0o755)).unwrap();
+    set_permissions(desk.path("locked"), Permissions::from_mode(0o555)).unwrap();
+    let mut messages = String::new();
+    for out in ["locked", "locked/run", "column.toml/run"] {
+        let (status, message) = match run(out) {
+            // Programs in the home folder of root.
+            Err(error) if root && error.kind() == std::io::ErrorKind::PermissionDenied => {
+                println!("skipped: nobody but root may start {}", env!("CARGO_BIN_EXE_ddem"));
+                return;
+            }
+            ended => ended.unwrap(),
+        };
+        assert_eq!(status, Some(2), "{message}");
+        messages += &message;
+    }
+    assert_eq!(read_dir(desk.path("locked")).unwrap().count(), 0);
+    set_permissions(desk.path("locked"), Permissions::from_mode(0o755)).unwrap();
+    insta::assert_snapshot!(messages);
+}
+
 /// The message names a file in the folder that is gone.
 #[test]
 fn removed_folder_ends_the_run_with_a_message() {
