@@ -54,7 +54,7 @@ def gallery(found):
         name = f"[{row['file']}]({target})" if target else f"`{row['file']}`"
         lines += ["", '<div markdown>', ""]
         if "picture" in row:
-            lines += [f"![{row['shows']}](pictures/{row['picture']}){{ loading=lazy }}", ""]
+            lines += [f"![{row['shows']}](pictures/{row['picture']})", ""]
         lines += [f"**{name}**, {row['time']}", "", sentence(row), "", f"`{row['command']}`", "", "</div>"]
     return "\n".join([*lines, "", "</div>", ""])
 

@@ -1,6 +1,7 @@
 """The table of the examples is complete, and the gallery of README.md agrees with it."""
 
 import re
+from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -33,3 +34,36 @@ def test_gallery_of_the_readme_agrees_with_the_table():
         assert (table[file]["picture"], table[file]["time"]) == (picture, time), file
         # The README adds further pictures after a semicolon.
         assert shows.split(";")[0].replace("*", "") == table[file]["shows"], file
+
+
+class Loads(HTMLParser):
+    """Files that a browser loads with a page."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.files = {page.name}
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        # Pictures load as they come into view.
+        if tag in ("script", "iframe", "source") or tag == "img" and given.get("loading") != "lazy":
+            self.files.add(given.get("src"))
+        elif tag == "link" and given.get("rel") in ("stylesheet", "icon"):
+            self.files.add(given["href"])
+
+
+SITE = ROOT / "target" / "site"
+PAGES = sorted(SITE.rglob("*.html"))
+
+
+@pytest.mark.skipif(not PAGES, reason="the site is not built: `mkdocs build`")
+def test_pages_of_the_site_are_small_and_need_no_network():
+    sizes = {}
+    for page in PAGES:
+        files = Loads(page).files - {None}
+        assert not [file for file in files if re.match(r"[a-z]+:|//", file)], page
+        # Those of the page for wrong addresses begin at the root of the site.
+        there = [(SITE if file[0] == "/" else page.parent) / file.lstrip("/").split("?")[0] for file in files]
+        sizes[page.relative_to(SITE).as_posix()] = sum(file.stat().st_size for file in there)
+    assert max(sizes.values()) < 1_000_000, max(sizes, key=sizes.get)
