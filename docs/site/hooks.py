@@ -52,6 +52,9 @@ def on_files(files, config):
 
 def on_page_markdown(markdown, page, config, files):
     """Turns the links of the repository into links of the site."""
+    if page.file.src_uri.startswith("examples/") or page.file.src_uri == "verification.md":
+        # Every page loads the index of the search: no sources and tables of numbers in it.
+        page.meta["search"] = {"exclude": True}
     source = origin(page.file.src_uri)
     if source is None:
         return markdown
@@ -80,7 +83,8 @@ def on_page_content(html, page, config, files):
 
 
 def on_post_page(output, page, config):
-    """Leaves out the script for formulas where there are none."""
+    """Leaves out the script for formulas where there are none, and names the search for screen readers."""
+    output = output.replace('role="dialog">', 'role="dialog" aria-label="Search">', 1)
     if 'class="arithmatex"' in output:
         return output
     return re.sub(r'<script src="[^"]*site/(katex/katex\.min|math)\.js"></script>', "", output)

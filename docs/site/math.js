@@ -4,5 +4,7 @@ document$.subscribe(() => {
     const text = element.textContent.trim();
     const display = text.startsWith("\\[");
     katex.render(text.slice(2, -2), element, { displayMode: display, throwOnError: true });
+    // The keyboard can scroll wide formulas.
+    if (display) element.querySelector(".katex-display").tabIndex = 0;
   }
 });
