@@ -167,12 +167,17 @@ impl PyModel {
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let (deck, _) = self.parts(py)?;
-        if !deck.region.is_empty() {
-            let (regions, cuts) = (deck.region.len(), deck.cut.len());
-            return Ok(format!("<Model \"{}\": {regions} regions, {cuts} cuts>", deck.title));
-        }
-        let size = ddem_deck::Size::of(&deck);
-        Ok(format!("<Model \"{}\": {} blocks, {} nodes>", deck.title, size.blocks, size.nodes))
+        Ok(format!("<Model \"{}\": {}>", deck.title, size(&deck)))
+    }
+
+    /// Table for notebooks.
+    fn _repr_html_<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let (mut deck, _) = self.parts(py)?;
+        let size = size(&deck);
+        // Of these only the number is shown.
+        deck.blocks.iter_mut().for_each(|set| set.mesh = None);
+        let shown = (deck.title.clone(), size, to_python(py, &deck)?);
+        py.import("ddem._html")?.call_method1("of_model", shown)
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
@@ -300,6 +305,15 @@ impl PyModel {
 
 /// Largest number of tries to add an entry while other threads add materials.
 const MOST_TRIES: usize = 100;
+
+/// Size of the model of a deck, as text: blocks and nodes, or regions and cuts.
+fn size(deck: &Deck) -> String {
+    if !deck.region.is_empty() {
+        return format!("{} regions, {} cuts", deck.region.len(), deck.cut.len());
+    }
+    let size = ddem_deck::Size::of(deck);
+    format!("{} blocks, {} nodes", size.blocks, size.nodes)
+}
 
 /// Name of a material or a joint in a model; it is added if the model has no equal one.
 fn named(py: Python<'_>, root: &mut Table, matter: &Matter<'_>) -> PyResult<String> {

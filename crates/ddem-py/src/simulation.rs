@@ -215,6 +215,11 @@ impl PySimulation {
             simulation.steps(),
         ))
     }
+
+    /// Table for notebooks; nothing while another thread works, so that they show the text.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("ddem._html")?.call_method1("of_simulation", (slf,))
+    }
 }
 
 impl PySimulation {

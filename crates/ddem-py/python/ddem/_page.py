@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+from base64 import b64encode
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from html import escape
@@ -32,6 +34,13 @@ _LIGHT = {
     "vertexnormalsepsilon": 0.0,
 }
 
+# A page that unpacks another and becomes it.
+_UNPACK = """<!DOCTYPE html><meta charset="utf-8"><script>
+const bytes = Uint8Array.from(atob("{}"), letter => letter.charCodeAt(0));
+const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+new Response(stream).text().then(page => {{ document.open(); document.write(page); document.close(); }});
+</script>"""
+
 
 def page_of(
     layers: list[Layer],
@@ -52,6 +61,14 @@ def page_of(
     )
     head = f"<head><title>{escape(about[0])}</title><style>body {{margin: 0}}</style>"
     return page.replace("<head>", head, 1)
+
+
+def frame_of(page: str, size: tuple[int, int]) -> str:
+    """HTML text of a page within another, compressed: notebooks store plotly with each picture."""
+    packed = b64encode(gzip.compress(page.encode(), mtime=0)).decode()
+    style = f"width: 100%; aspect-ratio: {size[0]} / {size[1]}; border: 0"
+    # Inside a div: IPython warns about an iframe that stands alone, as if it had an address.
+    return f'<div><iframe srcdoc="{escape(_UNPACK.format(packed))}" style="{style}"></iframe></div>'
 
 
 def _figure(

@@ -15,7 +15,7 @@ from . import _layers, _traces
 from ._draw import VIEWS, fill
 from ._layers import Layer
 from ._names import JOINTS, one_of
-from ._page import page_of
+from ._page import frame_of, page_of
 from ._results import Frame
 from ._results import Results
 from ._scene import Integers, Scene, Source, automatic_scale, outside, scene_of
@@ -117,7 +117,7 @@ def plot(
         Page to write: one file to rotate and zoom in any browser with WebGL, without network. Its
         size is 5 MB plus 60 bytes for each outer face of an element: 11 MB for 100 000 faces, 23 MB
         with ``edges="elements"``. A joint element takes 250 bytes. In a notebook the picture is
-        such a page, and the file of the notebook contains it.
+        such a page, and the file of the notebook contains it compressed, in 2 MB at least.
     show : bool, optional
         If False, no window opens and the plotter stays open: add to it, then call its ``show()`` or
         ``screenshot()``, and finally ``close()``.
@@ -345,10 +345,5 @@ def _in_notebook() -> bool:
 
 def _inline(page: str, size: tuple[int, int]) -> None:
     """Show a page below the cell of a notebook, without a server."""
-    from html import escape
-
     shell: Any = import_module("IPython.display")
-    style = f"width: 100%; aspect-ratio: {size[0]} / {size[1]}; border: 0"
-    # Inside a div: IPython warns about an iframe that stands alone, as if it had an address.
-    frame = f'<div><iframe srcdoc="{escape(page)}" style="{style}"></iframe></div>'
-    shell.display(shell.HTML(frame))
+    shell.display(shell.HTML(frame_of(page, size)))

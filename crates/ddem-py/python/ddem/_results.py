@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from ._files import LOOKED_FOR, File, not_there, rows_of
 from ._frame import Frame
+from ._html import of_results
 from ._names import one_of
 from ._table import Histories, Table
 
@@ -76,6 +77,9 @@ class Results(Sequence["Frame"]):
 
     def __repr__(self) -> str:
         return f"<Results {str(self.folder)!r}: {len(self)} frames>"
+
+    def _repr_html_(self) -> str:
+        return of_results(self)
 
     @cached_property
     def title(self) -> str:
