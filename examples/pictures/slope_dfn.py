@@ -29,7 +29,7 @@ def main():
         figure,
         (0.2, 0.95, 11.6, 6.2),
         "blocks beyond their limit; thick lines: joints that hold (black), slide (blue), open (orange)",
-        lambda pixels: scene(frame, values, (16.0, 10.0, 8.6), 34.0, pixels, (-1.0, -0.8, 0.55), **look),
+        lambda pixels: scene(frame, values, (16.0, 10.0, 9.9), 38.0, pixels, (-1.0, -0.8, 0.55), **look),
     )
     colour_bar(figure, (4.0, 0.62, 4.0, 0.14), COLOURS, (0.0, most), f"displacement (mm), below {LEAST:g} mm grey")
     save(figure, "slope-dfn.png")
