@@ -6,7 +6,7 @@ use super::contact_energy::free_energy;
 use super::energy::closes;
 use super::incline::{G, rate};
 use super::record::Tolerance::{Absolute, Of, Relative};
-use super::record::{at_most, between, check, consistent, of};
+use super::record::{Case, at_most, between, check, consistent, of};
 use super::shared::{Run, edited, example, run, simulation};
 
 /// Decks of a region with deformable blocks of two and four divisions, and with rigid blocks.
@@ -19,9 +19,8 @@ pub(super) fn bodies(text: &str) -> [(&'static str, String); 3] {
     ]
 }
 
-#[test]
-fn cell_slides_over_the_parts_of_another() {
-    let case = of("cells_glide");
+/// Checks that the block of a deck slides from its place with a slope of 40 degrees and a friction of 20.
+pub(super) fn glides(case: Case) {
     let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
     let resisting = G * slope.cos() * friction.tan();
     let exact = G * slope.sin() - resisting;
@@ -35,10 +34,15 @@ fn cell_slides_over_the_parts_of_another() {
         let quantity = format!("off the plane, {what} [m]");
         check(case, &quantity, 0.0, off, Absolute(1e-3 * distance));
         let taken = *run.energy.column("friction").last().expect("a row");
-        let mass = 2400.0 * (1.0 + 0.5 * 20_f64.to_radians().tan());
+        let mass = 2400.0 * (1.0 + 0.5 * friction.tan());
         let quantity = format!("taken by friction, {what} [J]");
         check(case, &quantity, mass * resisting * 0.5 * exact, taken, Relative(1e-2));
     }
+}
+
+#[test]
+fn cell_slides_over_the_parts_of_another() {
+    glides(of("cells_glide"));
 }
 
 #[test]

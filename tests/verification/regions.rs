@@ -1,8 +1,8 @@
 //! Regions of rock that touch each other and sets of blocks.
 
-use super::cells_contact::bodies;
-use super::incline::{G, rate};
-use super::record::Tolerance::{Absolute, Of, Relative};
+use super::cells_contact::glides;
+use super::incline::G;
+use super::record::Tolerance::Relative;
 use super::record::{check, of};
 use super::shared::{edited, example, run, simulation};
 use ddem_deck::SafetySearch;
@@ -71,21 +71,5 @@ fn block_on_the_slope_of_another_region_has_its_factor() {
 
 #[test]
 fn cell_slides_over_blocks_of_a_set() {
-    let case = of("regions_glide");
-    let (slope, friction) = (40_f64.to_radians(), 20_f64.to_radians());
-    let resisting = G * slope.cos() * friction.tan();
-    let exact = G * slope.sin() - resisting;
-    for (what, text) in bodies(&example(case.deck)) {
-        let run = run(&text);
-        let late = run.probes.series("block.x").into_iter().filter(|[time, _]| *time >= 0.1);
-        check(case, &format!("acceleration, {what} [m/s²]"), exact, rate(late), Relative(2e-3));
-        let distance = run.last("way.x");
-        let off = run.last("way.z").abs().max(run.last("way.y").abs());
-        let quantity = format!("off the plane, {what} [m]");
-        check(case, &quantity, 0.0, off, Absolute(1e-3 * distance));
-        let taken = *run.energy.column("friction").last().expect("a row");
-        let mass = 2400.0 * (1.0 + 0.5 * friction.tan());
-        let quantity = format!("taken by friction, {what} [J]");
-        check(case, &quantity, mass * resisting * 0.5 * exact, taken, Of(mass * resisting, 1e-2));
-    }
+    glides(of("regions_glide"));
 }

@@ -77,7 +77,7 @@ pub(super) fn correct(bonded: &mut [BondedPatch], blocks: &[ContactBlock], geome
     let mut faces: BTreeMap<NumberedFace, FaceNodes> = BTreeMap::new();
     for patch in bonded.iter().map(|joint| &joint.patch) {
         if patch.blocks.iter().any(|&block| blocks[block as usize].is_part()) {
-            for key in keys(patch.blocks, &patch.points) {
+            for key in faces_of(patch.blocks, &patch.points) {
                 faces.entry(key).or_insert_with(|| FaceNodes::new(geometry, key));
             }
         }
@@ -96,13 +96,13 @@ pub(super) fn correct(bonded: &mut [BondedPatch], blocks: &[ContactBlock], geome
         .iter_mut()
         .filter(|BondedPatch { patch, .. }| {
             let own = |key| faces.get(&key);
-            let mut of = keys(patch.blocks, &patch.points).into_iter().filter_map(own);
+            let mut of = faces_of(patch.blocks, &patch.points).into_iter().filter_map(own);
             of.any(|face| face.is_covered() && face.is_inexact())
         })
         .collect();
     let mut equations = Equations::default();
     for BondedPatch { patch, .. } in &inexact {
-        for key in keys(patch.blocks, &patch.points) {
+        for key in faces_of(patch.blocks, &patch.points) {
             if let Some(face) = faces.get_mut(&key) {
                 equations.add_face(face);
             }
@@ -127,7 +127,7 @@ pub(super) fn correct(bonded: &mut [BondedPatch], blocks: &[ContactBlock], geome
 }
 
 /// Faces of the two sides of a joint; none without points.
-fn keys(blocks: [u32; 2], points: &[ContactPoint]) -> Vec<NumberedFace> {
+fn faces_of(blocks: [u32; 2], points: &[ContactPoint]) -> Vec<NumberedFace> {
     let first = points.first();
     let of = |point: &ContactPoint| [0, 1].map(|side| (blocks[side], point.points[side].face));
     first.map(of).into_iter().flatten().collect()
@@ -226,8 +226,9 @@ impl Equations {
         });
         let factored = |(first, mut matrix): (&usize, DMatrix<f64>)| {
             for row in 0..matrix.nrows() {
-                // Without points the equation has no effect.
-                matrix[(row, row)] += DAMPING * diagonal[first + row] + f64::MIN_POSITIVE;
+                let own = diagonal[first + row];
+                // An equation without points has no effect.
+                matrix[(row, row)] += if own > 0.0 { DAMPING * own } else { 1.0 };
             }
             matrix.cholesky()
         };
@@ -251,7 +252,9 @@ impl Equations {
             self.firsts.iter().zip(&faces).flat_map(solve).collect()
         };
         let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        let (mut rest, mut multipliers) = (self.missing.clone(), vec![0.0; self.missing.len()]);
+        let solvable = |(missing, own): (&f64, &f64)| if *own > 0.0 { *missing } else { 0.0 };
+        let mut rest: Vec<f64> = self.missing.iter().zip(&diagonal).map(solvable).collect();
+        let mut multipliers = vec![0.0; rest.len()];
         let mut direction = precondition(&rest);
         let mut size = dot(&rest, &direction);
         let enough = size * ROUNDING * ROUNDING;
@@ -260,7 +263,11 @@ impl Equations {
                 break;
             }
             let product = self.product(&diagonal, &direction);
-            let length = size / dot(&direction, &product);
+            let curvature = dot(&direction, &product);
+            if curvature <= 0.0 {
+                break;
+            }
+            let length = size / curvature;
             for (row, change) in product.iter().enumerate() {
                 multipliers[row] += length * direction[row];
                 rest[row] -= length * change;
@@ -275,5 +282,33 @@ impl Equations {
             factors[point] = (1.0 + change).clamp(FACTORS[0], FACTORS[1]);
         });
         factors
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Equations;
+    use ddem_mechanics::collide::weights;
+
+    /// Nodal areas of a square of 4 m² by points with wrong areas, and a node without a point.
+    #[test]
+    fn factors_give_each_node_its_area() {
+        let points = [[0.25, 0.25], [0.75, 0.25], [0.75, 0.75], [0.25, 0.75], [0.5, 0.5]];
+        let areas = [0.9, 0.75, 0.8, 0.8, 0.75];
+        let sums = |areas: &[f64]| -> Vec<f64> {
+            let of = |node: usize| {
+                points.iter().zip(areas).map(|(at, area)| weights(*at)[node] * area).sum()
+            };
+            (0..4).map(of).collect()
+        };
+        let missing = sums(&areas).iter().map(|sum| 1.0 - sum).chain([0.1]).collect();
+        let mut equations = Equations { missing, firsts: vec![0], ..Equations::default() };
+        for (at, area) in points.iter().zip(areas) {
+            equations.add_point(area, weights(*at).into_iter().enumerate());
+        }
+        let factors = equations.factors();
+        assert!(factors.iter().any(|factor| (factor - 1.0).abs() > 0.05), "{factors:?}");
+        let changed: Vec<f64> = areas.iter().zip(factors).map(|(area, f)| area * f).collect();
+        assert!(sums(&changed).iter().all(|sum| (sum - 1.0).abs() < 1e-6), "{changed:?}");
     }
 }
