@@ -23,3 +23,11 @@ mod naming;
 mod profile;
 mod resume;
 mod session;
+
+use std::alloc::System;
+
+use cap::Cap;
+
+/// Allocator of the system, which counts the bytes in use.
+#[global_allocator]
+static HEAP: Cap<System> = Cap::new(System, usize::MAX);

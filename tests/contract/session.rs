@@ -6,6 +6,7 @@ use ddem_core::Simd;
 use ddem_deck::Deck;
 use ddem_deck::{Stage, StageKind};
 use ddem_io::run::{Event, Observer, Session, StageStatus};
+use ddem_io::status::{FolderStatus, StatusKind};
 
 use super::decks::mixed;
 use super::shared::{Frames, How, run_into};
@@ -83,6 +84,65 @@ fn session_stages_equal_deck_stages_bit_for_bit() {
     // Compared as text, since some numbers are NaN.
     let stages = |session: &mut Session| format!("{:?}", session.summary().stages);
     assert_eq!(stages(&mut loaded), stages(&mut recorded));
+}
+
+/// Reads the status of a folder when a stage begins, and may stop it.
+struct StatusReader<'a> {
+    folder: &'a Path,
+    at_start: Option<FolderStatus>,
+    stops: bool,
+}
+
+impl StatusReader<'_> {
+    fn read(&self) -> Option<FolderStatus> {
+        FolderStatus::read(self.folder).expect("a status")
+    }
+}
+
+impl Observer for StatusReader<'_> {
+    fn event(&mut self, event: Event<'_>) {
+        if let Event::StageStarted(_) = event {
+            self.at_start = self.read();
+        }
+    }
+
+    fn wants_to_stop(&mut self) -> bool {
+        self.stops
+    }
+}
+
+#[test]
+fn stages_of_programs_have_a_status() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let mut session = session(&deck(&mixed()));
+    let title = session.site().deck().title.clone();
+    let mut reader = StatusReader { folder: &out, at_start: None, stops: false };
+    let relax = Stage { kind: StageKind::Relax, ..Stage::default() };
+    assert!(session.stage(&relax, Some(&out), &mut reader).expect("a stage"));
+    let begun = reader.at_start.take().expect("a status").status;
+    assert_eq!((begun.state, begun.title.as_str()), (StatusKind::Running, title.as_str()));
+    assert_eq!((begun.report.stage.as_str(), begun.report.number), ("relax 1", 1));
+    let done = reader.read().expect("a status");
+    assert_eq!((done.status.state, done.status.report.progress), (StatusKind::Done, Some(1.0)));
+    assert_eq!(done.last_frame.map(|frame| frame.stage), Some("relax 1".to_owned()));
+    // The second stage is stopped before its first step, and the third one runs.
+    let step = session.simulation_mut().safe_step().expect("a step");
+    let shake = Stage { kind: StageKind::Dynamic, duration: Some(10.0 * step), ..Stage::default() };
+    reader.stops = true;
+    assert!(!session.stage(&shake, Some(&out), &mut reader).expect("a stage"));
+    assert_eq!(reader.read().map(|found| found.status.state), Some(StatusKind::Interrupted));
+    reader.stops = false;
+    assert!(session.stage(&shake, Some(&out), &mut reader).expect("a stage"));
+    let done = reader.read().expect("a status").status;
+    assert_eq!((done.state, done.report.kind.as_str()), (StatusKind::Done, "dynamic"));
+    assert_eq!((done.report.stage.as_str(), done.report.number), ("run 2", 2));
+    assert_eq!(Some(done.report.step), done.report.steps);
+    // A failure leaves its message.
+    let short = Stage { tolerance: Some(1e-12), max_steps: Some(1), ..relax };
+    let error = session.stage(&short, Some(&out), &mut reader).expect_err("too few steps");
+    let failed = reader.read().expect("a status").status;
+    assert_eq!((failed.state, failed.message), (StatusKind::Failed, Some(error.to_string())));
 }
 
 #[test]

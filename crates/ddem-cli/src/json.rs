@@ -40,6 +40,9 @@ impl JsonLines {
                 }),
             ),
             Event::Warning(warning) => put("warning", warning),
+            Event::StepLimit { stage, limit } => {
+                put("step_limit", &json!({ "stage": stage, "limit": limit }));
+            }
             Event::StageStarted(_) => self.progress("stage"),
             Event::Progress(_) if self.written.elapsed() >= EVERY => self.progress("progress"),
             Event::Trial { stage, trial } => put(

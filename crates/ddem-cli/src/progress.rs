@@ -161,6 +161,10 @@ impl Observer for Watcher {
                 );
             }
             Event::Warning(warning) => self.screen.line(&format!("warning: {warning}")),
+            Event::StepLimit { limit, .. } => {
+                let step = limit.step;
+                self.screen.line(&format!("critical step {step:.4e} s, limited by {limit}"));
+            }
             Event::StageStarted(progress) => self.stage_started(progress),
             Event::Progress(progress) => self.progress(progress),
             Event::StageDone(stage) => {

@@ -37,6 +37,7 @@ pub use ddem_mesh::properties::Kinematics;
 pub use error::{ErrorCode, Fault, ModelError, MovingBlock, RunError, counted};
 pub use model::Model;
 pub use model::charge::{ChargeSize, ChargeState};
+pub use model::elements::WorstShape;
 pub use model::history::{Duvall, Function, History, Triangle};
 pub use model::pairs::PairAtRest;
 pub use model::problem::{self, Problem};
@@ -51,6 +52,6 @@ pub use output::{
 pub use run::relax::Relaxed;
 pub use run::safety::{Safety, SafetyTrial, undecided};
 pub use run::saved::{RestoreError, Saved};
-pub use run::{SHORTEST_STEP, Simulation};
+pub use run::{Limiter, SHORTEST_STEP, Simulation, StepLimit};
 pub use state::profile::{Clock, Profile};
 pub use state::watch::Verdict;

@@ -37,7 +37,7 @@ use ddem_core::Simd;
 use ddem_deck::lint::Diagnostic;
 
 use crate::folder::Earlier;
-use crate::summary::StageSummary;
+use crate::summary::{StageSummary, TimeStepLimit};
 
 /// Options of a run.
 #[derive(Clone, Debug)]
@@ -113,6 +113,13 @@ pub enum Event<'a> {
     Built(&'a Report),
     /// Warning about something that is allowed but may be unintended.
     Warning(&'a Diagnostic),
+    /// Part of the model that limits the time step of the dynamic stage that begins.
+    StepLimit {
+        /// Name of the stage.
+        stage: &'a str,
+        /// Step and limit.
+        limit: &'a TimeStepLimit,
+    },
     /// A stage begins.
     StageStarted(&'a Progress),
     /// Progress, about ten times a second and at the end of each stage.

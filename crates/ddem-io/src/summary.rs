@@ -1,5 +1,6 @@
 //! `summary.json`: the model of a run and the outcome of its stages.
 
+mod limit;
 mod profile;
 mod table;
 
@@ -16,6 +17,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::output_error::OutputError;
 use crate::replace::replace;
 
+pub use limit::{AddedInertia, TimeStepLimit, WorstElement};
 pub use profile::StageProfile;
 pub use table::quantity;
 
@@ -54,6 +56,12 @@ pub struct Summary {
     /// Blocks that curved and slanted shapes have selected.
     #[serde(default)]
     pub selections: Vec<SelectionSummary>,
+    /// Inertia that thin cells add to regions.
+    #[serde(default)]
+    pub added_inertia: Vec<AddedInertia>,
+    /// Most distorted element of cells and slanted blocks; `null` without such blocks.
+    #[serde(default)]
+    pub worst_element: Option<WorstElement>,
     /// Peak memory of the process, `[B]`; 0 if the system does not report it.
     pub peak_memory_bytes: u64,
     /// Completed stages, in order.
@@ -182,6 +190,9 @@ pub struct StageSummary {
     /// Time step `[s]`.
     #[serde(deserialize_with = "number_or_null")]
     pub time_step: f64,
+    /// Part of the model that limits the time step at the start of a dynamic stage.
+    #[serde(default)]
+    pub limit: Option<TimeStepLimit>,
     /// Wall time `[s]`.
     #[serde(deserialize_with = "number_or_null")]
     pub wall_seconds: f64,

@@ -23,6 +23,13 @@ impl Geometry {
         self.lattice(block).part.as_deref()
     }
 
+    /// True if the elements of a block are boxes.
+    #[must_use]
+    pub fn is_box(&self, block: usize) -> bool {
+        let lattice = self.lattice(block);
+        lattice.part.is_none() && lattice.is_box()
+    }
+
     fn cell(&self, block: usize) -> [usize; 3] {
         self.blocks[block].cell.map(|c| c as usize)
     }

@@ -38,13 +38,14 @@ fn run_writes_all_results() {
     let starts = [
         "press (1/2): relaxation",
         "press: at rest after ",
+        "critical step ",
         "shake (2/2): ",
         "shake: at rest after ",
     ];
     for (line, start) in lines[1..].iter().zip(starts) {
         assert!(line.starts_with(start), "{}", outcome.stderr);
     }
-    assert_eq!(lines[5..7], ["", "at the end of `shake`, t = 10.00 ms:"]);
+    assert_eq!(lines[6..8], ["", "at the end of `shake`, t = 10.00 ms:"]);
     let folder = Path::new("results").join("column");
     let last = format!("results are in {}: open blocks.vtkhdf there in ParaView", folder.display());
     assert_eq!(lines.last(), Some(&last.as_str()));

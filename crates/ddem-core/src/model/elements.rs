@@ -3,8 +3,40 @@
 use std::ops::Range;
 
 use super::Model;
+use ddem_mechanics::element::hexahedron::scaled_jacobian;
+use ddem_mesh::Vec3;
+
+/// Element of a cell or of a slanted block that is most distorted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WorstShape {
+    /// Its block.
+    pub block: usize,
+    /// Least scaled Jacobian at its corners.
+    pub scaled_jacobian: f64,
+    /// Mean of its corners `[m]`.
+    pub point: [f64; 3],
+}
 
 impl Model {
+    /// Element with the least scaled Jacobian at its corners; `None` if all blocks are boxes.
+    #[must_use]
+    pub fn worst_element(&self) -> Option<WorstShape> {
+        let geometry = &self.geometry;
+        let mut worst: Option<WorstShape> = None;
+        let counts = |&block: &usize| !geometry.is_removed(block) && !geometry.is_box(block);
+        for block in (0..self.n_blocks()).filter(counts) {
+            for element in 0..geometry.topology(block).elements() {
+                let corners = geometry.element_corners(block, element);
+                let scaled_jacobian = scaled_jacobian(&corners);
+                if worst.is_none_or(|worst| scaled_jacobian < worst.scaled_jacobian) {
+                    let point = (corners.iter().sum::<Vec3>() / 8.0).into();
+                    worst = Some(WorstShape { block, scaled_jacobian, point });
+                }
+            }
+        }
+        worst
+    }
+
     /// Volume of a block in its reference position, without the joints around it `[m³]`.
     ///
     /// # Panics

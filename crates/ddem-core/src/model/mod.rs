@@ -7,7 +7,7 @@ pub(crate) mod charge;
 mod computed;
 pub(crate) mod conditions;
 mod contacts;
-mod elements;
+pub(crate) mod elements;
 mod excavation;
 pub(crate) mod history;
 pub(crate) mod joint_state;

@@ -69,11 +69,20 @@ impl Simulation {
     /// Critical step with the gas of the charges `[s]`. `step` is the critical step without gas.
     /// The gas counts as stiff as at the start, or stiffer.
     pub(super) fn critical_step_with_gas(&self, step: f64) -> f64 {
-        let gases = self.charged().filter_map(|(charge, surfaces)| {
-            Some((&charge.nodes, charge.stiffness(&self.wall_displacements(charge), surfaces)?))
+        match self.gas_squares().into_iter().fold(0.0, f64::max) {
+            0.0 => step,
+            more => 2.0 / (4.0 / (step * step) + more).sqrt(),
+        }
+    }
+
+    /// Upper bounds of the squared angular frequency that each charge with gas adds `[1/s²]`.
+    pub(super) fn gas_squares(&self) -> Vec<f64> {
+        let gases = self.charged().map(|(charge, surfaces)| {
+            (&charge.nodes[..], charge.stiffness(&self.wall_displacements(charge), surfaces))
         });
         let gases: Vec<_> = gases.collect();
-        let own = |(nodes, (stiffness, areas)): &(&Vec<u32>, (f64, Vec<Vec3>))| {
+        let own = |(nodes, gas): &(&[u32], Option<(f64, Vec<Vec3>)>)| {
+            let Some((stiffness, areas)) = gas else { return 0.0 };
             let mass = |node: &u32| self.model.mass(*node as usize);
             // Removed walls have no mass, and their charge has ended.
             let each = nodes.iter().zip(areas).filter(|(node, _)| mass(node) > 0.0);
@@ -81,13 +90,10 @@ impl Simulation {
             stiffness * each.sum::<f64>()
         };
         let alone: Vec<f64> = gases.iter().map(own).collect();
-        let coupled = lists_that_share_nodes(gases.iter().map(|(nodes, _)| &nodes[..]));
+        let coupled = lists_that_share_nodes(gases.iter().map(|(nodes, _)| *nodes));
         // Gershgorin's bound: the coupling of two gases is at most the geometric mean of both.
         let row = |i: usize| coupled[i].iter().map(|&j| (alone[i] * alone[j]).sqrt()).sum::<f64>();
-        match (0..gases.len()).map(row).fold(0.0, f64::max) {
-            0.0 => step,
-            more => 2.0 / (4.0 / (step * step) + more).sqrt(),
-        }
+        (0..gases.len()).map(row).collect()
     }
 
     /// State of a charge at the present time, by its number; `None` if there is none.
@@ -133,7 +139,7 @@ impl Simulation {
                     .is_some_and(|detonation_volume| detonation_volume < NARROW * surface.volume)
         });
         if narrow {
-            self.critical_steps = [None; 2];
+            self.forget_critical_steps();
         } else {
             self.state.gas_surfaces = before;
         }

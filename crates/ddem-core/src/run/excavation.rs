@@ -48,7 +48,7 @@ impl Simulation {
         self.update_joints(&geometry);
         self.scratch.fit(&self.model, &self.state);
         // The next step checks its length again.
-        self.critical_steps = [None; 2];
+        self.forget_critical_steps();
         let assembly = &self.model.assembly;
         *self.motion = if self.motion.fictitious {
             Motion::relaxing(assembly)

@@ -1,6 +1,7 @@
 //! Simulation: a model and its state, and the operations on them.
 
 mod conditions;
+mod critical;
 mod excavation;
 mod increment;
 mod masses;
@@ -12,10 +13,12 @@ mod results;
 mod rounding;
 pub(crate) mod safety;
 pub(crate) mod saved;
+mod step_limit;
 mod stops;
 mod time_step;
 
 pub(crate) use rounding::ROUNDING_CHECKS;
+pub use step_limit::{Limiter, StepLimit};
 pub use time_step::SHORTEST_STEP;
 
 use std::ops::ControlFlow;
@@ -33,6 +36,7 @@ use crate::state::view::StageView;
 use crate::state::watch::FAR;
 use crate::step::preconditioner::Relaxation;
 use crate::step::scratch::Scratch;
+use crate::step::timestep::Tridiagonal;
 use crate::step::{Context, step};
 use ddem_joint::losses::Losses;
 use ddem_mechanics::math::simd::Simd;
@@ -57,6 +61,8 @@ pub struct Simulation {
     /// Critical steps of the model as it starts, and with springs in place of all joints that can
     /// fail `[s]`.
     pub(crate) critical_steps: [Option<f64>; 2],
+    /// Iterations with which these critical steps were found.
+    spectra: [Option<Tridiagonal>; 2],
     pub(crate) last: StepSums,
     /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
     pub(crate) initial_energy: f64,
@@ -109,6 +115,7 @@ impl Simulation {
             motion: Tracked::new(motion),
             relaxation: None,
             critical_steps: [None; 2],
+            spectra: [None, None],
             last: StepSums::default(),
             initial_energy: 0.0,
             started: false,

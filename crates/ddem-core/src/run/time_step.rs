@@ -1,16 +1,9 @@
 //! Length of the time steps (§6).
 
-use std::borrow::Cow;
-use std::sync::atomic::Ordering;
-
 use super::Simulation;
 use crate::error::RunError;
-use crate::model::Model;
 use crate::model::stage::{Damping, TimeStep, allow_motion};
 use crate::state::motion::Motion;
-use crate::state::profile::Phase;
-use crate::step::timestep::largest_eigenvalue;
-use ddem_joint::contact::{AddedStiffness, ContactSurfaces, bound, bounds_at_nodes};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::StepSums;
 
@@ -89,59 +82,6 @@ impl Simulation {
     fn resolved(&self) -> f64 {
         let meet = self.model.can_meet() && self.model.packs.rigid > 0;
         if meet { RESOLVED } else { 1.0 }
-    }
-
-    fn critical(&mut self, broken: bool) -> Result<f64, RunError> {
-        if let Some(step) = self.critical_steps[usize::from(broken)] {
-            return Ok(step);
-        }
-        let span = self.scratch.profiler.begin();
-        let mass = |inertia: &ddem_mesh::inertia::Inertia, at: usize, lane: usize| {
-            inertia.mass[at / 3].0[lane]
-        };
-        let model = &*self.model;
-        let contact_model = if broken { model.contact.as_ref() } else { model.open_surfaces() };
-        // One set of blocks whose joints all hold has neither contacts nor dashpots.
-        let ratio = if broken || contact_model.is_some() { model.sliding.ratio } else { 0.0 };
-        let Model { geometry, packs, assembly, .. } = model;
-        let own = || ContactSurfaces::new(&model.properties, &model.laws, &model.geometry);
-        let surfaces =
-            contact_model.map_or_else(|| Cow::Owned(own()), |s| Cow::Borrowed(&s.surfaces));
-        let bonds = match contact_model {
-            Some(contact) if model.has_cells() => {
-                let meets = contact.search.then_some(&contact.surfaces);
-                bounds_at_nodes(&model.bonded_patches, meets, &contact.blocks, geometry)
-            }
-            _ => Vec::new(),
-        };
-        let added = (contact_model.is_some() || ratio > 0.0).then(|| {
-            AddedStiffness::new(
-                &surfaces,
-                geometry,
-                packs,
-                assembly,
-                contact_model.is_some(),
-                ratio,
-                &bonds,
-            )
-        });
-        let mut broken_joints = model.tangent(broken);
-        let stop = || self.stop.load(Ordering::Relaxed);
-        let squares = added.as_ref().map_or(&[][..], |added| &added.squares);
-        let scratch = &mut self.scratch;
-        let largest =
-            largest_eigenvalue(model, &mut broken_joints, scratch, &mass, squares, &stop)?;
-        let deformable = added.map_or(2.0 / largest.sqrt(), |added| added.critical_step(largest));
-        // Rigid blocks without joints have no stiffness. Their step assumes that they meet others.
-        let met = contact_model.is_some() || largest == 0.0;
-        let fastest =
-            largest.max(if met { bound(&surfaces, geometry, packs, assembly)[1] } else { 0.0 });
-        let damped = if model.packs.rigid > 0 { ratio } else { 0.0 };
-        let rigid = 2.0 / fastest.sqrt() * ((1.0 + damped * damped).sqrt() - damped);
-        let step = self.critical_step_with_gas(deformable.min(rigid));
-        self.critical_steps[usize::from(broken)] = Some(step);
-        self.scratch.profiler.end(span, Phase::StartUp);
-        Ok(step)
     }
 
     /// Sets the damping and the time step of the steps that follow. `"auto"` uses the [automatic
@@ -230,7 +170,7 @@ impl Simulation {
         let time_step = self.motion.time_step;
         if time_step > critical {
             // The next step must report this, too.
-            self.critical_steps = [None; 2];
+            self.forget_critical_steps();
             return Err(RunError::UnstableTimeStep { time_step, critical });
         }
         Ok(())

@@ -15,6 +15,7 @@ mod nodes;
 pub(crate) mod preconditioner;
 mod relaxing;
 mod rigid;
+mod rigid_modes;
 pub(crate) mod scratch;
 mod sliding;
 mod sweep;

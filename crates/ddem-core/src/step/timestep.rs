@@ -10,10 +10,11 @@
 
 use std::ops::Range;
 
-use nalgebra::{DMatrix, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector};
 
 use crate::error::RunError;
 use crate::model::Model;
+use crate::step::rigid_modes::RigidModes;
 use crate::step::scratch::Scratch;
 use crate::step::{FirstPass, internal_forces};
 use ddem_joint::broken::BrokenJoints;
@@ -34,72 +35,102 @@ const RESIDUAL: f64 = 5e-3;
 /// Products between two residuals.
 const RESIDUAL_INTERVAL: usize = 5;
 
-/// Largest eigenvalue of `M⁻¹ K` for diagonal masses `[1/s²]`. `mass` gives the mass of each degree
-/// of freedom by (inertia, slot, lane). `added` is the additional stiffness over mass of each node
-/// of deformable blocks; empty if there is none. Returns an error when `stop` returns true.
-pub(crate) fn largest_eigenvalue(
-    model: &Model,
-    broken_joints: &mut BrokenJoints,
-    scratch: &mut Scratch,
-    mass: &dyn Fn(&Inertia, usize, usize) -> f64,
-    added: &[Lanes],
-    stop: &dyn Fn() -> bool,
-) -> Result<f64, RunError> {
-    let operator = Operator {
-        model,
-        roots: inverse_roots(model, mass),
-        returns: tied_returns(model),
-        blocks: RigidModes::new(model),
-        added,
-    };
-    let n = 3 * model.packs.nodes;
-    let mut q = start(model, n);
-    operator.tie(&mut q, scratch);
-    let (mut before, mut scaled) = (vec![Lanes::ZERO; n], vec![Lanes::ZERO; n]);
-    let (mut diagonal, mut beside) = (Vec::new(), Vec::new());
-    let mut values: Vec<f64> = Vec::new();
-    let is_large = model.packs.nodes * LANES >= LARGE;
-    for _ in 0..MOST_STEPS {
-        if stop() {
-            return Err(RunError::Stopped);
-        }
-        operator.scale(&q, &mut scaled);
-        internal_forces(FirstPass::linear(model, &scaled), broken_joints, scratch);
-        // w = A q − β q₋; α = w·q; w −= α q; β = |w|. The product is −f.
-        let beta = beside.last().copied().unwrap_or(0.0);
-        let alpha = operator.product(&q, &mut scratch.f, beta, &mut before);
-        let beta = take_part(model, alpha, &q, &mut before);
-        diagonal.push(alpha);
-        values.push(largest_of_tridiagonal(&diagonal, &beside));
+/// Model and its stiffnesses beside those of the first pass.
+pub(crate) struct Spectrum<'a> {
+    pub(crate) model: &'a Model,
+    /// Additional stiffness over mass of each node of deformable blocks `[1/s²]`; empty if there is
+    /// none.
+    pub(crate) added: &'a [Lanes],
+    /// Flag that ends the iteration with an error.
+    pub(crate) stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// Fastest mode of a model.
+pub(crate) struct FastestMode {
+    /// Unit vector of displacements times the roots of the masses.
+    pub(crate) scaled: Vec<Lanes>,
+    /// Displacements of the nodes.
+    pub(crate) u: Vec<Lanes>,
+}
+
+impl Spectrum<'_> {
+    /// Iterates until the largest eigenvalue of `M⁻¹ K` is known.
+    pub(crate) fn iterate(
+        &self,
+        broken_joints: &mut BrokenJoints,
+        scratch: &mut Scratch,
+    ) -> Result<Tridiagonal, RunError> {
+        Operator::new(self).iterate(broken_joints, scratch, &mut |_, _| {})
+    }
+
+    /// Fastest mode. A second iteration sums its vectors, none of which is kept in the first.
+    pub(crate) fn fastest_mode(
+        &self,
+        iterated: &Tridiagonal,
+        broken_joints: &mut BrokenJoints,
+        scratch: &mut Scratch,
+    ) -> Result<FastestMode, RunError> {
+        let operator = Operator::new(self);
+        let parts = iterated.parts_of_fastest();
+        let mut scaled = vec![Lanes::ZERO; 3 * self.model.packs.nodes];
+        operator.iterate(broken_joints, scratch, &mut |number, q| {
+            for (sum, q) in scaled.iter_mut().zip(q) {
+                (0..LANES).for_each(|lane| sum.0[lane] += parts[number] * q.0[lane]);
+            }
+        })?;
+        let mut u = vec![Lanes::ZERO; scaled.len()];
+        operator.scale(&scaled, &mut u);
+        Ok(FastestMode { scaled, u })
+    }
+}
+
+/// Tridiagonal matrix of an iteration.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tridiagonal {
+    diagonal: Vec<f64>,
+    beside: Vec<f64>,
+    /// Largest eigenvalue after each product.
+    values: Vec<f64>,
+    /// Margin if the iteration ended early.
+    margin: f64,
+}
+
+impl Tridiagonal {
+    /// Largest eigenvalue `[1/s²]`.
+    pub(crate) fn largest(&self) -> f64 {
+        self.values.last().map_or(0.0, |largest| largest + self.margin)
+    }
+
+    /// Parts of the vectors of the iteration in the fastest mode.
+    fn parts_of_fastest(&self) -> DVector<f64> {
+        let eigen = tridiagonal(&self.diagonal, &self.beside).symmetric_eigen();
+        eigen.eigenvectors.column(eigen.eigenvalues.imax()).into_owned()
+    }
+
+    /// True if the iteration ends after a product whose rest has the norm `beta`.
+    fn ends(&mut self, beta: f64, is_large: bool) -> bool {
+        self.values.push(largest_of_tridiagonal(&self.diagonal, &self.beside));
+        let values = &self.values;
         let largest = values[values.len() - 1];
         let equilibrium = values.len() > PATIENCE
             && largest - values[values.len() - 1 - PATIENCE] <= TOLERANCE * largest;
         if equilibrium || beta <= 1e-13 * largest {
-            break;
+            return true;
         }
         if is_large && values.len().is_multiple_of(RESIDUAL_INTERVAL) {
-            let residual = beta * last_of_largest(&diagonal, &beside);
+            let residual = beta * last_of_largest(&self.diagonal, &self.beside);
             if residual <= RESIDUAL * largest {
-                return Ok(largest + residual);
+                self.margin = residual;
+                return true;
             }
         }
-        beside.push(beta);
-        over_packs(model, [&mut before, &mut q], |_, _, [w, q]| {
-            for (w, q) in w.iter_mut().zip(q) {
-                for lane in 0..LANES {
-                    let next = w.0[lane] / beta;
-                    w.0[lane] = q.0[lane];
-                    q.0[lane] = next;
-                }
-            }
-            0.0
-        });
+        false
     }
-    Ok(values.last().copied().unwrap_or(0.0))
 }
 
 /// Operator `M^{-½} K M^{-½}`, which is symmetric and has the eigenvalues of `M⁻¹ K`.
 struct Operator<'a> {
+    spectrum: &'a Spectrum<'a>,
     model: &'a Model,
     /// Inverse roots `m^{-½}` of the masses of the nodes of equal packs.
     roots: Vec<Vec<Lanes>>,
@@ -108,11 +139,61 @@ struct Operator<'a> {
     /// times the root of its part, so that sums count it once.
     returns: Vec<Vec<Lanes>>,
     blocks: RigidModes,
-    /// Stiffness over mass of each node in addition to K `[1/s²]`; empty if there is none.
-    added: &'a [Lanes],
 }
 
-impl Operator<'_> {
+impl<'a> Operator<'a> {
+    fn new(spectrum: &'a Spectrum<'a>) -> Self {
+        let model = spectrum.model;
+        let (roots, returns) = (inverse_roots(model), tied_returns(model));
+        Self { spectrum, model, roots, returns, blocks: RigidModes::new(model) }
+    }
+
+    /// Iterates until the largest eigenvalue is known. `visit` receives each vector of the basis
+    /// with its number.
+    fn iterate(
+        &self,
+        broken_joints: &mut BrokenJoints,
+        scratch: &mut Scratch,
+        visit: &mut dyn FnMut(usize, &[Lanes]),
+    ) -> Result<Tridiagonal, RunError> {
+        let model = self.model;
+        let n = 3 * model.packs.nodes;
+        let mut q = start(model, n);
+        self.tie(&mut q, scratch);
+        let (mut before, mut scaled) = (vec![Lanes::ZERO; n], vec![Lanes::ZERO; n]);
+        let mut found = Tridiagonal::default();
+        let is_large = model.packs.nodes * LANES >= LARGE;
+        for number in 0..MOST_STEPS {
+            if (self.spectrum.stop)() {
+                return Err(RunError::Stopped);
+            }
+            visit(number, &q);
+            self.scale(&q, &mut scaled);
+            internal_forces(FirstPass::linear(model, &scaled), broken_joints, scratch);
+            // w = A q − β q₋; α = w·q; w −= α q; β = |w|. The product is −f.
+            let beta = found.beside.last().copied().unwrap_or(0.0);
+            let alpha = self.product(&q, &mut scratch.f, beta, &mut before);
+            let beta = take_part(model, alpha, &q, &mut before);
+            found.diagonal.push(alpha);
+            if found.ends(beta, is_large) {
+                break;
+            }
+            found.beside.push(beta);
+            over_packs(model, [&mut before, &mut q], |_, _, [w, q]| {
+                for (w, q) in w.iter_mut().zip(q) {
+                    for lane in 0..LANES {
+                        let next = w.0[lane] / beta;
+                        w.0[lane] = q.0[lane];
+                        q.0[lane] = next;
+                    }
+                }
+                0.0
+            });
+        }
+        found.beside.truncate(found.diagonal.len().saturating_sub(1));
+        Ok(found)
+    }
+
     /// Makes the values of tied nodes those of one node.
     fn tie(&self, q: &mut [Lanes], scratch: &mut Scratch) {
         if self.model.ties.is_empty() {
@@ -170,7 +251,7 @@ impl Operator<'_> {
             }
             for (i, (at, r)) in range.zip(self.factors(pack)).enumerate() {
                 for lane in 0..LANES {
-                    let more = self.added.get(at / 3).map_or(0.0, |more| more.0[lane]);
+                    let more = self.spectrum.added.get(at / 3).map_or(0.0, |more| more.0[lane]);
                     let product = more * q[at].0[lane] - f[i].0[lane] * r.0[lane];
                     before[i].0[lane] = product - beta * before[i].0[lane];
                     own += before[i].0[lane] * q[at].0[lane];
@@ -211,63 +292,12 @@ fn over_packs<const N: usize>(
     sum(sums)
 }
 
-/// Inverse roots `I^{-½}` of the inertias of rigid blocks. Such a block has six values in the first
-/// slots of its corners: translation and rotation, scaled by `m^{-½}` and `I^{-½}`. Parts of bodies
-/// have zeros: only nonconforming joints act on them, whose stiffness is bounded, not computed.
-struct RigidModes(Vec<[Matrix3<f64>; LANES]>);
-
-impl RigidModes {
-    fn new(model: &Model) -> Self {
-        let rigid = model.assembly.rigid.iter();
-        Self(rigid.map(|pack| std::array::from_fn(|lane| pack[lane].inverse_root())).collect())
-    }
-
-    /// Computes the displacements of the corners from the six values.
-    fn corners(&self, model: &Model, pack: usize, six: &[Lanes], u: &mut [Lanes]) {
-        let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
-        for lane in 0..filled {
-            let mass_properties = &model.assembly.rigid[rigid_start][lane];
-            let [shift, turn] = [0, 3].map(|first| three(six, first, lane));
-            let (shift, turn) =
-                (shift / mass_properties.mass.sqrt(), self.0[rigid_start][lane] * turn);
-            for corner in 0..8 {
-                let value = shift + turn.cross(&mass_properties.arm(corner));
-                (0..3).for_each(|c| u[3 * corner + c].0[lane] = value[c]);
-            }
-        }
-    }
-
-    /// Replaces the forces on the corners by the six values.
-    fn resultants(&self, model: &Model, pack: usize, f: &mut [Lanes]) {
-        let Pack { rigid_start, filled, .. } = model.packs.packs[pack];
-        for lane in 0..filled {
-            let mass_properties = &model.assembly.rigid[rigid_start][lane];
-            let (mut force, mut torque) = (Vector3::zeros(), Vector3::zeros());
-            for corner in 0..8 {
-                let on = three(f, 3 * corner, lane);
-                force += on;
-                torque += mass_properties.arm(corner).cross(&on);
-            }
-            let six = [force / mass_properties.mass.sqrt(), self.0[rigid_start][lane] * torque];
-            f.iter_mut().for_each(|f| f.0[lane] = 0.0);
-            for c in 0..3 {
-                (f[c].0[lane], f[3 + c].0[lane]) = (six[0][c], six[1][c]);
-            }
-        }
-    }
-}
-
-fn three(field: &[Lanes], first: usize, lane: usize) -> Vector3<f64> {
-    Vector3::from([0, 1, 2].map(|c| field[first + c].0[lane]))
-}
-
 /// Inverse roots `m^{-½}` of the masses of the nodes of equal packs; 0 without mass, 1 in rigid
 /// blocks.
-fn inverse_roots(model: &Model, mass: &dyn Fn(&Inertia, usize, usize) -> f64) -> Vec<Vec<Lanes>> {
+fn inverse_roots(model: &Model) -> Vec<Vec<Lanes>> {
     let root = |m: f64| if m > 0.0 { 1.0 / m.sqrt() } else { 0.0 };
     let class = |inertia: &Inertia| {
-        let lanes = |at: usize| Lanes(std::array::from_fn(|lane| root(mass(inertia, at, lane))));
-        (0..inertia.diagonal.len()).map(lanes).collect()
+        inertia.mass.iter().flat_map(|mass| [Lanes(mass.0.map(root)); 3]).collect()
     };
     let mut roots: Vec<Vec<Lanes>> = model.assembly.inertia.iter().map(class).collect();
     for (pack, &class) in model.packs.packs.iter().zip(&model.assembly.pack_inertia) {

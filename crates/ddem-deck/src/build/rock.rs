@@ -29,7 +29,7 @@ use ddem_cut::{
     CellComplex, CellPart, CellProperties, CommonFace, ON_PLANE, PlaneSource, RegionParts,
 };
 
-use crate::schema::{Body, Deck, RockRegion, SmallKind};
+use crate::schema::{Body, Deck, RockRegion, Size, SmallKind};
 
 /// Cells of the regions of a deck after all its cuts.
 #[derive(Clone, Debug)]
@@ -67,16 +67,47 @@ impl Deck {
         self.with_tunnels().cut_checked()
     }
 
-    /// Cuts the regions of a deck without mistakes; no cells without regions.
-    pub(in crate::build) fn cut_checked(&self) -> Result<CutRock, ModelError> {
-        let mut shapes = Vec::new();
-        for (number, region) in self.region.iter().enumerate() {
-            shapes.push(parts(region).map_err(|(key, error)| {
+    /// Fault of regions whose model would need more memory than the `available` `[bytes]`, before
+    /// anything is cut; `None` without regions.
+    ///
+    /// # Errors
+    ///
+    /// The shape of a region has a mistake.
+    pub fn beyond_memory(&self, available: u64) -> Result<Option<Fault>, ModelError> {
+        if self.region.is_empty() {
+            return Ok(None);
+        }
+        let deck = self.with_tunnels();
+        let (cells, place) = cuts::expected(&deck, &deck.shapes()?);
+        let divisions = self.region.iter().map(|region| region.divisions).min();
+        let size = Size::of_cells(cells, divisions.map_or(2.0, f64::from));
+        Ok((size.bytes > available as f64).then(|| {
+            let message = format!(
+                "the cuts would make about {cells:.1e} cells, which need about {:.1} GB of memory; {:.1} GB is \
+                 available",
+                1e-9 * size.bytes,
+                1e-9 * available as f64
+            );
+            let help = "wider spacings or fewer seeds make fewer cells; fewer `divisions` need less";
+            Fault::new(ErrorCode::OutOfMemory, place, message).help(help)
+        }))
+    }
+
+    /// Shapes of the regions.
+    fn shapes(&self) -> Result<Vec<RegionParts>, ModelError> {
+        let of = |(number, region): (usize, &RockRegion)| {
+            parts(region).map_err(|(key, error)| {
                 let place = format!("region[{number}].{key}");
                 let fault = Fault::new(ErrorCode::InvalidGeometry, place, error.to_string());
                 ModelError::from(fault.help(crate::check::remedy(&error)))
-            })?);
-        }
+            })
+        };
+        self.region.iter().enumerate().map(of).collect()
+    }
+
+    /// Cuts the regions of a deck without mistakes; no cells without regions.
+    pub(in crate::build) fn cut_checked(&self) -> Result<CutRock, ModelError> {
+        let shapes = self.shapes()?;
         let faults = overlaps(self, &shapes);
         if !faults.is_empty() {
             return Err(ModelError { faults });

@@ -26,7 +26,7 @@ impl BuiltDeck {
         }
         warnings.extend(self.loads_at_rest(model));
         warnings.extend(self.empty_sets());
-        warnings.extend(self.added_inertia(model));
+        warnings.extend(self.much_inertia(model));
         warnings.extend(gaps(&self.deck, model.geometry()));
         warnings.extend(super::default_friction::warnings(&self.deck, model.geometry()));
         warnings.extend(self.unbalanced_stress(model));
@@ -55,8 +55,9 @@ impl BuiltDeck {
         loads.collect()
     }
 
-    /// Warnings about regions whose parts have much more inertia than mass.
-    fn added_inertia(&self, model: &Model) -> Vec<Diagnostic> {
+    /// Inertia that thin cells and sharp corners add to each set, relative to its mass.
+    #[must_use]
+    pub fn added_inertia(&self, model: &Model) -> Vec<f64> {
         let mut sums = vec![[0.0; 2]; self.deck.set_names().len()];
         for block in 0..model.n_blocks() {
             let Some(part) = model.geometry().part(block) else { continue };
@@ -65,8 +66,13 @@ impl BuiltDeck {
             *added += (part.inertia - 1.0) * volume;
             *whole += volume;
         }
-        let much = |(region, [added, whole]): (usize, [f64; 2])| {
-            let share = added / whole;
+        let share = |[added, whole]: [f64; 2]| if added > 0.0 { added / whole } else { 0.0 };
+        sums.into_iter().map(share).collect()
+    }
+
+    /// Warnings about regions whose parts have much more inertia than mass.
+    fn much_inertia(&self, model: &Model) -> Vec<Diagnostic> {
+        let much = |(region, share): (usize, f64)| {
             (share > MUCH_INERTIA).then(|| {
                 let message = format!(
                     "thin cells and sharp corners have more inertia than mass: {:.1} % of the mass of \
@@ -79,7 +85,7 @@ impl BuiltDeck {
                 Diagnostic::warning(Code::AddedInertia, at, message, help)
             })
         };
-        sums.into_iter().enumerate().filter_map(much).collect()
+        self.added_inertia(model).into_iter().enumerate().filter_map(much).collect()
     }
 
     fn empty_sets(&self) -> impl Iterator<Item = Diagnostic> {

@@ -58,4 +58,13 @@ impl Size {
         // State, forces, joints and a frame of output; the table and the inertia of each element.
         Self { blocks, nodes, bytes: blocks * 2500.0 + nodes * 700.0 + elements * 900.0 }
     }
+
+    /// Size of a model of regions before they are cut, from the expected number of cells. A cell
+    /// between planes of three joint sets has eight corners, and a part at each of them with half of
+    /// the elements along its edges.
+    #[must_use]
+    pub fn of_cells(cells: f64, divisions: f64) -> Self {
+        let (parts, n) = (8.0 * cells, 0.5 * divisions);
+        Self::of_parts(parts, parts * (n + 1.0).powi(3), parts * n.powi(3))
+    }
 }

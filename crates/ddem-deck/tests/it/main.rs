@@ -29,6 +29,7 @@ mod run_messages;
 mod selection;
 mod selectors;
 mod sets;
+mod step_limits;
 mod warnings;
 
 // Modules shared with the tests of the method, which use more of them.

@@ -16,7 +16,7 @@ use super::resume::{self, Resumed};
 use super::safety::search;
 use super::session::Session;
 use super::stage::{Halt, Running, failed};
-use super::tracker::StatusWriter;
+use super::tracker::{StatusFile, StatusWriter};
 use super::warnings::stage_place;
 use super::{Event, Observer, Options, Outcome, RunFailure};
 use crate::OutputError;
@@ -39,9 +39,10 @@ pub fn run(
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| RunFailure::Threads { threads, error: Box::new(error) })?;
     // The pool is entered once; every step forks inside of it.
-    let mut observer = StatusWriter::new(deck, options, observer);
+    let mut status = StatusFile::new(deck, &options.out);
+    let mut observer = StatusWriter { observer, file: Some(&mut status) };
     let outcome = pool.install(|| Drive::start(deck, source, options, &mut observer)?.run());
-    observer.end(&outcome);
+    status.end(matches!(outcome, Ok(Outcome::Done(_))), outcome.as_ref().err());
     outcome
 }
 

@@ -6,6 +6,7 @@ use ddem_deck::{BuiltDeck, Stage, StageKind};
 use super::RunFailure;
 use super::profile::StageTimer;
 use super::record::Recorder;
+use super::report::limit;
 use super::resume::Cursor;
 use super::stage::failed;
 
@@ -21,7 +22,7 @@ pub(super) struct MovedBy {
 
 impl MovedBy {
     pub(super) fn begin(&mut self, stage: &Stage) -> Result<(), RunError> {
-        let Self { simulation, cursor, .. } = self;
+        let Self { site, simulation, cursor, .. } = self;
         cursor.steps = match stage.kind {
             StageKind::Relax | StageKind::Safety => {
                 let increments =
@@ -37,6 +38,10 @@ impl MovedBy {
                     stage.duration,
                 )?
             }
+        };
+        cursor.limit = match stage.kind {
+            StageKind::Dynamic => limit(simulation, site.deck()),
+            StageKind::Relax | StageKind::Safety => None,
         };
         cursor.step = Some(0);
         cursor.begun = simulation.time();

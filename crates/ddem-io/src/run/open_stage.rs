@@ -13,6 +13,7 @@ use super::moved::MovedBy;
 use super::report::{check_steps, unsafe_steps};
 use super::session::Session;
 use super::stage::{Halt, Running, StageProgress};
+use super::tracker::{StatusFile, StatusWriter};
 use super::{Event, Observer, RunFailure};
 use crate::folder::Folder;
 
@@ -23,6 +24,8 @@ pub struct OpenStage {
     folder: Option<Folder>,
     /// `None` only while it advances.
     progress: Option<StageProgress>,
+    /// Status file in the folder.
+    status: Option<StatusFile>,
 }
 
 /// Status of a stage after [`advance`](Session::advance).
@@ -95,12 +98,20 @@ impl Session {
         self.stoppable(observer.stop_flag(), |session| {
             let Some(folder) = session.prepare(stage, folder, observer)? else { return Ok(None) };
             let stage = session.named(stage);
-            match Running::new((&stage, 1), pauses, &mut session.moved, observer) {
+            let mut status = folder.as_ref().map(|folder| {
+                let before = session.moved.cursor.done.len();
+                StatusFile::of_stage(session.site().deck(), &stage, before, folder.path())
+            });
+            let mut writer = StatusWriter { observer, file: status.as_mut() };
+            match Running::new((&stage, 1), pauses, &mut session.moved, &mut writer) {
                 Ok(running) => {
-                    let progress = running.pause();
-                    Ok(Some(OpenStage { stage, folder, progress: Some(progress) }))
+                    let progress = Some(running.pause());
+                    Ok(Some(OpenStage { stage, folder, progress, status }))
                 }
                 Err(failure) => {
+                    if let Some(status) = &mut status {
+                        status.end(false, Some(&failure));
+                    }
                     let closed = session.close(folder.as_ref());
                     if !failure.is_stopped() {
                         return Err(failure);
@@ -121,13 +132,17 @@ impl Session {
         open: &mut OpenStage,
         observer: &mut dyn Observer,
     ) -> Result<StageStatus, RunFailure> {
-        let OpenStage { stage, progress, .. } = open;
+        let OpenStage { stage, progress, status, .. } = open;
         let Some(held) = progress.take() else { return Ok(StageStatus::Stopped) };
         self.stoppable(observer.stop_flag(), |session| {
-            let mut running = Running::resume(stage, &mut session.moved, observer, held);
-            let status = running.run(Duration::MAX);
+            let mut writer = StatusWriter { observer, file: status.as_mut() };
+            let mut running = Running::resume(stage, &mut session.moved, &mut writer, held);
+            let halt = running.run(Duration::MAX);
             *progress = Some(running.pause());
-            Ok(match status? {
+            if let (Err(failure), Some(status)) = (&halt, status) {
+                status.end(false, Some(failure));
+            }
+            Ok(match halt? {
                 Halt::End => StageStatus::Done,
                 Halt::Callback => StageStatus::Paused,
                 Halt::Stopped | Halt::Due => StageStatus::Stopped,
@@ -147,16 +162,19 @@ impl Session {
         done: bool,
         observer: &mut dyn Observer,
     ) -> Result<(), RunFailure> {
-        let OpenStage { stage, folder, progress } = open;
+        let OpenStage { stage, folder, progress, mut status } = open;
+        let mut writer = StatusWriter { observer, file: status.as_mut() };
         let finish = |progress| {
-            let mut running = Running::resume(&stage, &mut self.moved, observer, progress);
+            let mut running = Running::resume(&stage, &mut self.moved, &mut writer, progress);
             running.end_here()?;
             running.finish()?.map_or(Ok(()), Err)
         };
         let ended = progress.filter(|_| done).map_or(Ok(()), finish);
-        let closed = self.close(folder.as_ref());
-        ended?;
-        closed
+        let ended = ended.and(self.close(folder.as_ref()));
+        if let Some(status) = &mut status {
+            status.end(done, ended.as_ref().err());
+        }
+        ended
     }
 
     /// Runs `work`, which ends early if the flag is set.

@@ -12,6 +12,7 @@ use super::RunFailure;
 use super::plan::{Plan, estimate, plans};
 use super::probe::Sampler;
 use super::warnings::stage_place;
+use crate::summary::{AddedInertia, TimeStepLimit, WorstElement};
 
 /// Size of a model and estimates of its run.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +40,12 @@ pub struct Report {
     pub interfaces: Vec<Interface>,
     /// Critical time step `[s]`; NaN if no stage needs it.
     pub critical_step: f64,
+    /// Part of the model that limits it.
+    pub limit: Option<TimeStepLimit>,
+    /// Inertia that thin cells add to regions.
+    pub added_inertia: Vec<AddedInertia>,
+    /// Most distorted element of cells and slanted blocks.
+    pub worst_element: Option<WorstElement>,
     /// Memory that a run needs `[bytes]`.
     pub bytes: u64,
     /// Size of each charge before it detonates.
@@ -90,6 +97,15 @@ impl fmt::Display for Report {
         if self.critical_step.is_finite() {
             writeln!(f, "critical step  {:.6e} s", self.critical_step)?;
         }
+        if let Some(limit) = &self.limit {
+            writeln!(f, "limited by     {limit}")?;
+        }
+        if let Some(worst) = &self.worst_element {
+            writeln!(f, "worst element  {worst}")?;
+        }
+        for added in &self.added_inertia {
+            writeln!(f, "added inertia  {added}")?;
+        }
         writeln!(f, "memory         {}", bytes(self.bytes))?;
         for (index, charge) in self.charges.iter().enumerate() {
             writeln!(f, "{:<15}{charge}", format!("charge {index}"))?;
@@ -117,6 +133,7 @@ pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
     check_steps(&mut simulation, &deck.stage).map_err(|failure| located(failure, source))?;
     let mut report = report(&site, &mut simulation, &samplers);
     report.critical_step = simulation.critical_step().unwrap_or(f64::NAN);
+    report.limit = limit(&mut simulation, deck);
     estimate(&mut simulation, &deck.stage, &mut report.stages);
     Ok(report)
 }
@@ -185,6 +202,9 @@ pub(super) fn build(deck: &Deck, available: u64) -> Result<Built, RunFailure> {
     }
     let size = Size::of(deck);
     refuse(size, available)?;
+    if let Some(fault) = deck.beyond_memory(available)? {
+        return Err(ModelError::from(fault).into());
+    }
     let site = BuiltDeck::new(deck)?;
     let model = site.model();
     refuse(grown(size, &model), available)?;
@@ -296,6 +316,9 @@ pub(super) fn report(
         breakable_pairs,
         near: model.can_meet().then_some(near),
         critical_step,
+        limit: None,
+        added_inertia: AddedInertia::of_regions(site, model),
+        worst_element: WorstElement::new(model),
         bytes: grown(Size::of(deck), model).bytes as u64,
         charges: model.charges(),
         interfaces: site.interfaces(),
@@ -303,6 +326,13 @@ pub(super) fn report(
         stages: plans,
         warnings,
     }
+}
+
+/// Part of a model that limits the time step of a stage that would begin now; `None` if the observer
+/// stops the search.
+pub(super) fn limit(simulation: &mut Simulation, deck: &Deck) -> Option<TimeStepLimit> {
+    let limit = simulation.step_limit().ok()??;
+    Some(TimeStepLimit::new(limit, simulation.model(), deck))
 }
 
 /// Warnings about given time steps that are stable only until joints fail.

@@ -12,7 +12,7 @@ use super::files::Position;
 use super::moved::MovedBy;
 use crate::OutputError;
 use crate::checkpoint::{self, Checkpoint};
-use crate::summary::StageSummary;
+use crate::summary::{StageSummary, TimeStepLimit};
 
 /// Position of a run between two steps.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
@@ -26,6 +26,8 @@ pub(super) struct Cursor {
     /// Time at which it began, and its first time step `[s]`.
     pub(super) begun: f64,
     pub(super) time_step: f64,
+    /// Part of the model that limits that step.
+    pub(super) limit: Option<TimeStepLimit>,
     /// Friction loss when it began `[J]`.
     pub(super) friction: f64,
     /// Energy imbalance at its start, relative to the largest energy.

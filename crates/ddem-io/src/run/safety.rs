@@ -67,6 +67,7 @@ pub(super) fn search(
         trials: found.trials,
         steps,
         time_step: f64::NAN,
+        limit: None,
         wall_seconds: seconds,
         node_updates_per_second: updates / seconds,
         unbalanced: simulation.unbalanced(),

@@ -19,7 +19,8 @@ use super::resume::{self, Cursor};
 use super::safety;
 use crate::folder::{self, Earlier, Folder};
 use crate::summary::{
-    ChargeSummary, FailedPairs, InterfaceSummary, SelectionSummary, Summary, peak_memory_bytes,
+    AddedInertia, ChargeSummary, FailedPairs, InterfaceSummary, SelectionSummary, Summary,
+    WorstElement, peak_memory_bytes,
 };
 use crate::version::{REVISION, VERSION};
 
@@ -262,6 +263,8 @@ impl Session {
             interfaces: site.interfaces().into_iter().map(InterfaceSummary::from).collect(),
             charges: model.charges().into_iter().map(ChargeSummary::from).collect(),
             selections: site.selections().into_iter().map(SelectionSummary::from).collect(),
+            added_inertia: AddedInertia::of_regions(site, model),
+            worst_element: WorstElement::new(model),
             peak_memory_bytes: peak_memory_bytes(),
             stages: self.moved.cursor.done.clone(),
             warnings: self.moved.cursor.warnings.clone(),

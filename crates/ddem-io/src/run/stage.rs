@@ -103,6 +103,9 @@ impl<'a> Running<'a> {
         running.recorded(|recorder, simulation, observer| {
             recorder.start(simulation, &stage.name, &mut |event| observer.event(event))
         })?;
+        if let Some(limit) = &running.moved.cursor.limit {
+            running.observer.event(Event::StepLimit { stage: &stage.name, limit });
+        }
         let progress = running.progress();
         running.observer.event(Event::StageStarted(&progress));
         Ok(running)
@@ -295,6 +298,7 @@ impl<'a> Running<'a> {
             moving,
             steps,
             time_step,
+            limit: cursor.limit.take(),
             wall_seconds: seconds,
             node_updates_per_second: if seconds > 0.0 { updates / seconds } else { 0.0 },
             unbalanced,
@@ -362,7 +366,8 @@ impl<'a> Running<'a> {
         let left = (steps.saturating_sub(step)) as f64 / rate;
         Progress {
             stage: self.stage.name.clone(),
-            stage_index: (cursor.stage, self.counters.stages),
+            // A stage of a program is the only one that is known.
+            stage_index: (cursor.stage.min(self.counters.stages - 1), self.counters.stages),
             relax,
             step,
             steps,

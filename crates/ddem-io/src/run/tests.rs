@@ -3,6 +3,7 @@
 use ddem_core::{Energy, Profile, Safety, SafetySearch, SafetyTrial, Verdict};
 use ddem_deck::{Deck, Stage, StageKind};
 
+use super::report::build;
 use super::safety::warnings;
 use super::warnings::energy_imbalance;
 
@@ -76,4 +77,32 @@ fn doubtful_factors_of_safety_warn() {
         of_searches(&mut simulation, vec![safety([Some(4.0), None], vec![])])
     });
     insta::assert_snapshot!([undecided, holds.join("\n")].join("\n"));
+}
+
+/// Cube of 10 m with joints each metre in three directions: 1000 cells of 8 parts with one element. The
+/// prediction counts cells that planes make on average over all their positions: 1331.
+#[test]
+fn regions_beyond_the_memory_are_refused_before_they_are_cut() {
+    let text = |spacing: f64| {
+        let set = |dip: f64, direction: f64| {
+            format!(
+                "[[cut]]\nset = {{ dip = {dip}, dip_direction = {direction}, spacing = {spacing} }}\njoint = 'j'\n"
+            )
+        };
+        let sets = [set(0.0, 0.0), set(90.0, 0.0), set(90.0, 90.0)].concat();
+        let rock = CUBE.split("[[blocks]]").next().unwrap_or_default();
+        format!(
+            "{rock}[joints.j]\nnormal_stiffness = 1e10\nshear_stiffness = 5e9\n[[region]]\n\
+             box = {{ from = [0, 0, 0], to = [10, 10, 10] }}\nmaterial = 'rock'\ndivisions = 2\n{sets}"
+        )
+    };
+    let message = |spacing: f64, available: u64| {
+        let (deck, _) = ddem_deck::parse_alone(&text(spacing), "rock.toml").unwrap();
+        build(&deck, available).map_or_else(|failure| failure.to_string(), |_| String::new())
+    };
+    // 1331 cells with 8 parts of 8 nodes and one element each: 2500 + 8 ⋅ 700 + 900 B each, 95.8 MB.
+    assert_eq!(message(1.0, 95_833_000), "");
+    let refused = [(1.0, 95_831_000), (0.05, 16_000_000_000), (0.001, u64::MAX)];
+    let messages = refused.map(|(spacing, available)| message(spacing, available));
+    insta::assert_snapshot!(messages.join("\n"));
 }

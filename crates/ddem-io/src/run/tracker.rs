@@ -1,6 +1,6 @@
 //! Progress of the present stage, collected from the events of a run.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use ddem_deck::{Deck, Stage, StageKind};
 
 use super::plan::trials;
-use super::{Event, Observer, Options, Outcome, Progress, RunFailure};
+use super::{Event, Observer, Progress, RunFailure};
 use crate::folder::STATUS;
 use crate::status::{RunStatus, StageReport, StatusKind};
 
@@ -19,6 +19,8 @@ const EVERY: Duration = Duration::from_secs(1);
 #[derive(Debug)]
 pub struct Tracker {
     stages: Vec<Stage>,
+    /// Number of stages before these.
+    before: usize,
     report: StageReport,
     /// First unbalanced ratio of the stage, at which its progress begins.
     first: Option<f64>,
@@ -33,7 +35,15 @@ impl Tracker {
         // The rest of a deck may be a large mesh.
         let stages = deck.stage.clone();
         let report = StageReport::beginning(&stages, 0);
-        Self { stages, report, first: None, begun: Instant::now() }
+        Self { stages, before: 0, report, first: None, begun: Instant::now() }
+    }
+
+    /// Tracker of one stage of a program, which comes after others.
+    pub(super) fn of_stage(stage: &Stage, before: usize) -> Self {
+        let mut tracker =
+            Self { before, ..Self::new(&Deck { stage: vec![stage.clone()], ..Deck::default() }) };
+        tracker.enter(0);
+        tracker
     }
 
     /// Progress so far.
@@ -80,7 +90,9 @@ impl Tracker {
 
     fn enter(&mut self, index: usize) {
         let StageReport { time, failed_pairs, contacts, .. } = self.report;
-        let beginning = StageReport::beginning(&self.stages, index);
+        let mut beginning = StageReport::beginning(&self.stages, index);
+        beginning.number += self.before;
+        beginning.stages += self.before;
         self.report = StageReport { time, failed_pairs, contacts, ..beginning };
         (self.first, self.begun) = (None, Instant::now());
         let Some(stage) = self.stages.get(index) else { return };
@@ -125,9 +137,9 @@ impl Progress {
     }
 }
 
-/// Observer that passes all events on and keeps `status.json` up to date.
-pub(super) struct StatusWriter<'a> {
-    observer: &'a mut dyn Observer,
+/// The file `status.json` of a run.
+#[derive(Debug)]
+pub(super) struct StatusFile {
     tracker: Tracker,
     path: PathBuf,
     title: String,
@@ -137,23 +149,43 @@ pub(super) struct StatusWriter<'a> {
     written: Option<Instant>,
 }
 
-impl<'a> StatusWriter<'a> {
-    pub(super) fn new(deck: &Deck, options: &Options, observer: &'a mut dyn Observer) -> Self {
-        let path = options.out.join(STATUS);
+impl StatusFile {
+    /// File in the folder of a run, which does not exist before the model is built.
+    pub(super) fn new(deck: &Deck, folder: &Path) -> Self {
         let (tracker, title) = (Tracker::new(deck), deck.title.clone());
-        Self { observer, tracker, path, title, begun: false, written: None }
+        Self { tracker, path: folder.join(STATUS), title, begun: false, written: None }
     }
 
-    /// Writes the end of the run.
-    pub(super) fn end(&mut self, outcome: &Result<Outcome, RunFailure>) {
-        let (state, message) = match outcome {
-            Ok(Outcome::Done(_)) => (StatusKind::Done, None),
-            Ok(Outcome::Interrupted(_)) | Err(RunFailure::Stopped) => {
-                (StatusKind::Interrupted, None)
-            }
-            Err(failure) => (StatusKind::Failed, Some(failure.to_string())),
+    /// File of a stage of a program in a folder that belongs to it.
+    pub(super) fn of_stage(deck: &Deck, stage: &Stage, before: usize, folder: &Path) -> Self {
+        let (tracker, title) = (Tracker::of_stage(stage, before), deck.title.clone());
+        Self { tracker, path: folder.join(STATUS), title, begun: true, written: None }
+    }
+
+    /// Writes the end of the run; without a failure it is done or, on request, interrupted.
+    pub(super) fn end(&mut self, done: bool, failure: Option<&RunFailure>) {
+        let (state, message) = match failure.filter(|failure| !failure.is_stopped()) {
+            Some(failure) => (StatusKind::Failed, Some(failure.to_string())),
+            None if done => (StatusKind::Done, None),
+            None => (StatusKind::Interrupted, None),
         };
         self.write(state, message);
+    }
+
+    fn event(&mut self, event: &Event<'_>) {
+        self.tracker.event(event);
+        let news = match event {
+            Event::Built(_) => {
+                self.begun = true;
+                true
+            }
+            Event::StageStarted(_) | Event::StageDone(_) | Event::Trial { .. } => true,
+            Event::Progress(_) => self.written.is_none_or(|written| written.elapsed() >= EVERY),
+            _ => false,
+        };
+        if news {
+            self.write(StatusKind::Running, None);
+        }
     }
 
     fn write(&mut self, state: StatusKind, message: Option<String>) {
@@ -167,20 +199,16 @@ impl<'a> StatusWriter<'a> {
     }
 }
 
+/// Observer that passes all events on and keeps the status file of a run, if it has one, up to date.
+pub(super) struct StatusWriter<'a> {
+    pub(super) observer: &'a mut dyn Observer,
+    pub(super) file: Option<&'a mut StatusFile>,
+}
+
 impl Observer for StatusWriter<'_> {
     fn event(&mut self, event: Event<'_>) {
-        self.tracker.event(&event);
-        let news = match event {
-            Event::Built(_) => {
-                self.begun = true;
-                true
-            }
-            Event::StageStarted(_) | Event::StageDone(_) | Event::Trial { .. } => true,
-            Event::Progress(_) => self.written.is_none_or(|written| written.elapsed() >= EVERY),
-            _ => false,
-        };
-        if news {
-            self.write(StatusKind::Running, None);
+        if let Some(file) = &mut self.file {
+            file.event(&event);
         }
         self.observer.event(event);
     }

@@ -26,25 +26,35 @@ pub fn bound(
     packs: &Packs,
     assembly: &Assembly,
 ) -> [f64; 2] {
-    let mut most = [0.0_f64; 2];
-    for body in 0..assembly.bodies.len() {
-        most[1] = most[1].max(2.0 * of_body(surfaces, geometry, packs, assembly, body));
+    let mut more = 0.0_f64;
+    for block in (0..geometry.blocks.len()).filter(|&block| !geometry.is_rigid(block)) {
+        let faces = each_face(surfaces, geometry, block);
+        let corners = (0..8).map(|corner| [0, 1, 2].map(|d| Some(corner >> d & 1 == 1)));
+        more = corners.map(|at| on_node(&faces, at)[0]).fold(more, f64::max);
     }
-    for block in 0..geometry.blocks.len() {
-        if geometry.is_rigid(block) {
-            if geometry.part(block).is_some() {
-                continue;
-            }
-            let (pack, lane) = packs.slot(block);
-            let mass_properties = &assembly.rigid[packs.packs[pack].rigid_start][lane];
-            most[1] = most[1].max(2.0 * rigid(surfaces, block as u32, mass_properties));
-        } else {
-            let faces = each_face(surfaces, geometry, block);
-            let corners = (0..8).map(|corner| [0, 1, 2].map(|d| Some(corner >> d & 1 == 1)));
-            most[0] = corners.map(|at| on_node(&faces, at)[0]).fold(most[0], f64::max);
-        }
-    }
-    most
+    let rigid = rigid_bounds(surfaces, geometry, packs, assembly);
+    [more, rigid.map(|(_, square)| square).fold(0.0, f64::max)]
+}
+
+/// Upper bounds of the largest squared angular frequency of each rigid block and body with all joints
+/// and contacts, with its first block `[1/s²]`.
+pub fn rigid_bounds<'a>(
+    surfaces: &'a ContactSurfaces,
+    geometry: &'a Geometry,
+    packs: &'a Packs,
+    assembly: &'a Assembly,
+) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let bodies = (0..assembly.bodies.len()).map(move |body| {
+        let square = 2.0 * of_body(surfaces, geometry, packs, assembly, body);
+        (assembly.bodies.parts(body)[0].block, square)
+    });
+    let alone = |&block: &usize| geometry.is_rigid(block) && geometry.part(block).is_none();
+    let blocks = (0..geometry.blocks.len()).filter(alone).map(move |block| {
+        let (pack, lane) = packs.slot(block);
+        let mass_properties = &assembly.rigid[packs.packs[pack].rigid_start][lane];
+        (block, 2.0 * rigid(surfaces, block as u32, mass_properties))
+    });
+    bodies.chain(blocks)
 }
 
 /// Contact stiffness of a face in excess of its joint's, normal and shear `[Pa/m]`. It is doubled

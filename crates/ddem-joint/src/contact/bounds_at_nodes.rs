@@ -20,21 +20,15 @@ pub fn bounds_at_nodes(
     geometry: &Geometry,
 ) -> Vec<(usize, [f64; 2])> {
     let mut at_nodes = AtNodes::new();
-    for BondedPatch { patch, .. } in bonded {
+    for joint in bonded {
+        let patch = &joint.patch;
         if patch.blocks.iter().any(|&block| geometry.is_removed(block as usize)) {
             continue;
         }
         let CombinedSurface { stiffness: SpringStiffness { normal, shear }, dashpot, .. } =
             patch.surface;
-        for side in 0..2 {
-            let block = patch.blocks[side] as usize;
-            let first = geometry.blocks[block].first_node as usize;
-            for point in &patch.points {
-                for (node, weight) in blocks[block].weights(&point.points[side]) {
-                    let area = weight * point.pair.area;
-                    add(&mut at_nodes, first + node, [normal.max(shear) * area, dashpot * area]);
-                }
-            }
+        for (node, area) in joint.node_areas(blocks, geometry) {
+            add(&mut at_nodes, node, [normal.max(shear) * area, dashpot * area]);
         }
     }
     if let Some(surfaces) = contacts {
@@ -44,6 +38,23 @@ pub fn bounds_at_nodes(
         }
     }
     at_nodes.into_iter().collect()
+}
+
+impl BondedPatch {
+    /// Nodes of both sides with their parts of the area `[m²]`, a node several times.
+    pub fn node_areas(&self, blocks: &[ContactBlock], geometry: &Geometry) -> Vec<(usize, f64)> {
+        let mut areas = Vec::new();
+        for side in 0..2 {
+            let block = self.patch.blocks[side] as usize;
+            let first = geometry.blocks[block].first_node as usize;
+            for point in &self.patch.points {
+                let weights = blocks[block].weights(&point.points[side]).into_iter();
+                areas
+                    .extend(weights.map(|(node, weight)| (first + node, weight * point.pair.area)));
+            }
+        }
+        areas
+    }
 }
 
 fn add(at_nodes: &mut AtNodes, node: usize, more: [f64; 2]) {

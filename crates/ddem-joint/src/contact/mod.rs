@@ -58,7 +58,7 @@ use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::{SurfacePoint, Vec3};
 
-pub use bound::{AddedStiffness, bound, outer};
+pub use bound::{AddedStiffness, bound, outer, rigid_bounds};
 pub use configuration::{Configuration, ContactBlock};
 pub use release::{JointLookup, JointStatus};
 pub use search::{NearPair, SearchContext, find, release_due_joints};

@@ -97,6 +97,22 @@ impl HexahedronElement {
     }
 }
 
+/// Least scaled Jacobian at the corners of a hexahedron with these corners in VTK's order: the volume
+/// of the unit vectors along the three edges that meet there, 1 for right angles. Corners at which an
+/// edge has no length do not count.
+#[must_use]
+pub fn scaled_jacobian(corners: &[Vector3<f64>; 8]) -> f64 {
+    let corners = IN_ORDER.map(|corner| corners[corner]);
+    let at = |corner: usize| {
+        let edge = |d: usize| {
+            let [low, high] = [corner & !(1 << d), corner | 1 << d];
+            (corners[high] - corners[low]).try_normalize(0.0)
+        };
+        Some(edge(0)?.cross(&edge(1)?).dot(&edge(2)?))
+    };
+    (0..8).filter_map(at).fold(1.0, f64::min)
+}
+
 /// λ of a material with the same G, `[Pa]`, and ν of at most [`MOST_POISSON`].
 pub(super) fn capped_lambda(material: &Elastic) -> f64 {
     let most = 2.0 * material.shear * MOST_POISSON / (1.0 - 2.0 * MOST_POISSON);

@@ -224,6 +224,7 @@ impl Simulation {
         self.damping = run.damping;
         let before = self.state.before;
         *self.motion = Motion::dynamic(&self.model.assembly, run.damping, before, run.time_step);
+        self.forget_critical_steps();
         self.critical_steps = run.critical_steps;
         self.started = run.started;
         if run.resting {

@@ -52,7 +52,7 @@ pub(crate) struct Scratch {
     /// Frames of the packs at the present displacements.
     pub(crate) frames: Vec<Frame>,
     /// Strain energies of the packs, in blocks and joints `[J]`.
-    energies: Vec<[Lanes; 2]>,
+    pub(crate) energies: Vec<[Lanes; 2]>,
     /// Losses of the packs' joints in the last first pass.
     pub(super) losses: Vec<Losses>,
     /// Joints in the last measurement.

@@ -2,7 +2,9 @@
 
 use ddem_core::problem::{Sets, Vec3, shown};
 use ddem_core::{ErrorCode, Fault};
-use ddem_cut::{CellComplex, Compass, CutCount, JointSet, MOST_CELLS, RegionParts, expected_cells};
+use ddem_cut::{
+    CellComplex, Compass, CutCount, JointSet, MOST_CELLS, Polyhedron, RegionParts, expected_cells,
+};
 
 use super::fractures::{RockFracture, listed};
 use super::region_cut::{CutShape, RegionCut};
@@ -225,23 +227,54 @@ fn too_close(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
 /// Fault of more cells than there may be, before anything is cut. Cuts of a part of the rock are
 /// counted when their turn comes.
 fn too_many(deck: &Deck, whole: &WholeRock<'_>) -> Option<Fault> {
-    let all =
-        || deck.cut.iter().enumerate().filter_map(|(i, cut)| Some((i, cut, cut.set.as_ref()?)));
-    let mut cells = 0.0;
-    for group in &whole.groups {
-        let of = |set: &SetCut| joint_set(set, &group.compass, whole.middle());
-        let everywhere = all().filter(|(_, cut, _)| cut.r#where.is_everywhere());
-        let sets: Vec<JointSet> = everywhere.map(|(_, _, set)| of(set)).collect();
-        let parts = group.regions.iter().flat_map(|&region| &whole.shapes[region as usize].parts);
-        cells += parts.map(|part| expected_cells(part, &sets)).sum::<f64>();
-        cells = all().map(|(_, _, set)| of(set).expected(&whole.corners)).fold(cells, f64::max);
-    }
+    let cells = by_sets(deck, whole);
     if cells <= MOST_CELLS as f64 {
         return None;
     }
+    Some(too_many_fault(deck, closest_set(deck)?, cells))
+}
+
+/// Number of cells that joint sets are expected to make. Of a set of a part of the rock it is one for
+/// each plane.
+fn by_sets(deck: &Deck, whole: &WholeRock<'_>) -> f64 {
+    let all = || deck.cut.iter().filter_map(|cut| Some((cut, cut.set.as_ref()?)));
+    let mut cells = 0.0;
+    for group in &whole.groups {
+        let of = |set: &SetCut| joint_set(set, &group.compass, whole.middle());
+        let everywhere = all().filter(|(cut, _)| cut.r#where.is_everywhere());
+        let sets: Vec<JointSet> = everywhere.map(|(_, set)| of(set)).collect();
+        let parts = group.regions.iter().flat_map(|&region| &whole.shapes[region as usize].parts);
+        cells += parts.map(|part| expected_cells(part, &sets)).sum::<f64>();
+        cells = all().map(|(_, set)| of(set).expected(&whole.corners)).fold(cells, f64::max);
+    }
+    cells
+}
+
+/// Key of the joint set with the closest planes.
+fn closest_set(deck: &Deck) -> Option<String> {
     let mean = |set: &SetCut| spacing(&set.spacing).mean();
-    let (number, ..) = all().min_by(|(.., a), (.., b)| mean(a).total_cmp(&mean(b)))?;
-    Some(too_many_fault(deck, format!("cut[{number}].set.spacing"), cells))
+    let sets = deck.cut.iter().enumerate().filter_map(|(i, cut)| Some((i, cut.set.as_ref()?)));
+    let closest = sets.min_by(|(_, a), (_, b)| mean(a).total_cmp(&mean(b)));
+    closest.map(|(number, _)| format!("cut[{number}].set.spacing"))
+}
+
+/// Number of cells that the cuts are expected to make at least, before anything is cut, and the key
+/// of the cut that makes the most.
+pub(super) fn expected(deck: &Deck, shapes: &[RegionParts]) -> (f64, String) {
+    let whole = WholeRock::new(deck, shapes);
+    let by_sets = by_sets(deck, &whole);
+    // Seeds are anywhere in the box around the rock.
+    let rock: f64 = shapes.iter().flat_map(|shape| &shape.parts).map(Polyhedron::volume).sum();
+    let share = rock / (whole.bounds[1] - whole.bounds[0]).product();
+    let seeds = deck.cut.iter().enumerate().filter_map(|(i, cut)| {
+        let number = cut.voronoi.as_ref()?.number.filter(|_| cut.r#where.is_everywhere())?;
+        Some((share * f64::from(number), format!("cut[{i}].voronoi.number")))
+    });
+    let by_seeds = seeds.max_by(|a, b| a.0.total_cmp(&b.0));
+    match by_seeds.filter(|(number, _)| *number > by_sets) {
+        Some(by_seeds) => by_seeds,
+        None => (by_sets, closest_set(deck).unwrap_or_else(|| "region".to_owned())),
+    }
 }
 
 fn too_many_fault(deck: &Deck, place: String, cells: f64) -> Fault {

@@ -1,7 +1,7 @@
 use fearless_simd::{Level, dispatch};
 use nalgebra::{Matrix3, Point3, SMatrix, SVector, Vector3};
 
-use super::{HexahedronElement, HexahedronTable, MOST_POISSON, force};
+use super::{HexahedronElement, HexahedronTable, MOST_POISSON, force, scaled_jacobian};
 use crate::element::hex8::{self, CORNERS, ElementStiffness};
 use crate::element::modal::Modal;
 use crate::element::{Elastic, ElementKind};
@@ -225,4 +225,28 @@ fn elements_without_volume_are_refused() {
     corners.swap(6, 7);
     assert!(new(&corners).is_none(), "turned inside out");
     assert!(new(&[Vector3::zeros(); 8]).is_none());
+}
+
+/// A brick that is sheared by 3/4 along x has edges of 1 and 5/4 along z: 4/5 at all corners. With the
+/// corner (1, 1, 1) of a cube at (1/2, 1/2, 1/2), the volume of its three unit edges there is
+/// −½ ⋅ 3/4 over (3/4)^(3/2). A wedge with one edge shrunk to a point counts its other corners.
+#[test]
+fn scaled_jacobians_are_those_by_hand() {
+    let cube = CORNERS.map(|at| (Vector3::from(at) + Vector3::repeat(1.0)) / 2.0);
+    assert_eq!(scaled_jacobian(&cube), 1.0);
+    let brick = cube.map(|x| Vector3::new(3.0 * x.x, 2.0 * x.y, 0.1 * x.z));
+    assert!((scaled_jacobian(&brick) - 1.0).abs() < 1e-15);
+    let sheared = cube.map(|x| Vector3::new(x.x + 0.75 * x.z, x.y, x.z));
+    assert!((scaled_jacobian(&sheared) - 0.8).abs() < 1e-15);
+    let mirrored = sheared.map(|x| Vector3::new(-x.x, x.y, x.z));
+    assert!((scaled_jacobian(&mirrored) + 0.8).abs() < 1e-15);
+    let mut dented = cube;
+    dented[6] = Vector3::repeat(0.5);
+    // Edges (½, −½, −½), (−½, ½, −½) and (−½, −½, ½) along x, y and z: their volume is −½.
+    let expected = -0.5 / libm::pow(0.75, 1.5);
+    assert!((scaled_jacobian(&dented) - expected).abs() < 1e-15, "{}", scaled_jacobian(&dented));
+    let mut wedge = cube;
+    wedge[5] = wedge[4];
+    let half = scaled_jacobian(&wedge);
+    assert!(half > 0.0 && half < 1.0, "{half}");
 }
