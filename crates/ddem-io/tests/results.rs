@@ -9,6 +9,10 @@ use ddem_io::checkpoint::{self, Checkpoint};
 use ddem_io::folder::{Earlier, FolderError, prepare};
 use ddem_io::summary::{ChargeSummary, FailedPairs, StageSummary, Summary, peak_memory_bytes};
 use ddem_io::tables::Table;
+use ddem_io::version::{REVISION, VERSION};
+use ddem_io::vtkhdf::Writer;
+use hdf5::File;
+use hdf5::types::FixedAscii;
 use tempfile::tempdir;
 
 #[test]
@@ -378,4 +382,20 @@ fn paths_that_cannot_be_folders_are_refused() {
         prepare(&root.path().join("new"), "beam.toml", "Beam", "", Earlier::Reopen).unwrap_err();
     assert!(matches!(error, FolderError::NothingToResume { .. }), "{error}");
     assert_eq!(contents(root.path()).len(), 1);
+}
+
+/// Each HDF5 file names the program that wrote it.
+#[test]
+fn files_have_the_version_of_the_program() {
+    let folder = tempdir().expect("a folder");
+    let path = folder.path().join("checkpoint.h5");
+    checkpoint::save(&path, "deck", b"run", b"state").expect("a checkpoint");
+    let blocks = folder.path().join("blocks.vtkhdf");
+    Writer::create_cloud(&blocks, &[]).expect("a file");
+    for path in [path, blocks] {
+        let file = File::open(&path).expect("a file");
+        let word = |name: &str| file.attr(name)?.read_scalar::<FixedAscii<32>>();
+        assert_eq!(word("ddem_version").expect("a version").as_str(), VERSION);
+        assert_eq!(word("ddem_revision").ok().map(|word| word.to_string()).as_deref(), REVISION);
+    }
 }

@@ -6,6 +6,8 @@ use ddem_core::{Limiter, Model, StepLimit};
 use ddem_deck::{BuiltDeck, Deck};
 use serde::{Deserialize, Serialize};
 
+use super::table::{quantity, vector};
+
 /// Limit of the critical time step.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TimeStepLimit {
@@ -81,10 +83,10 @@ impl fmt::Display for TimeStepLimit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.part())?;
         if let Some(width) = self.width {
-            write!(f, ", width {width:.4e} m")?;
+            write!(f, ", width {}", quantity(width, "m"))?;
         }
         if let Some(edge) = self.shortest_edge {
-            write!(f, ", shortest edge {edge:.4e} m")?;
+            write!(f, ", shortest edge {}", quantity(edge, "m"))?;
         }
         if let Some(material) = &self.material {
             write!(f, ", material `{material}`")?;
@@ -120,11 +122,9 @@ impl WorstElement {
 
 impl fmt::Display for WorstElement {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { scaled_jacobian, block, set, point: [x, y, z] } = self;
-        write!(
-            f,
-            "scaled Jacobian {scaled_jacobian:.4} in block {block} (set `{set}`) at ({x:.4}, {y:.4}, {z:.4})"
-        )
+        let Self { scaled_jacobian, block, set, point } = self;
+        let at = vector(*point, "m");
+        write!(f, "scaled Jacobian {scaled_jacobian:.4} in block {block} (set `{set}`) at {at}")
     }
 }
 

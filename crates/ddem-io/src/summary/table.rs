@@ -30,7 +30,7 @@ pub fn quantity(value: f64, unit: &str) -> String {
 }
 
 /// Components of a vector as text, with one prefix.
-fn vector(vector: [f64; 3], unit: &str) -> String {
+pub(super) fn vector(vector: [f64; 3], unit: &str) -> String {
     let size = vector.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
     let (factor, prefix) = prefix(size, unit);
     // Components that are negligible beside the largest are 0; all have as many decimals as the
