@@ -1,5 +1,4 @@
-//! Tests of tables, summary, checkpoint and the folder around them: writing, reading and
-//! continuing.
+//! Writing, reading and continuing tables, summary, checkpoint and the folder around them.
 
 use std::fs;
 use std::path::Path;
@@ -387,15 +386,15 @@ fn paths_that_cannot_be_folders_are_refused() {
 /// Each HDF5 file names the program that wrote it.
 #[test]
 fn files_have_the_version_of_the_program() {
-    let folder = tempdir().expect("a folder");
-    let path = folder.path().join("checkpoint.h5");
-    checkpoint::save(&path, "deck", b"run", b"state").expect("a checkpoint");
-    let blocks = folder.path().join("blocks.vtkhdf");
-    Writer::create_cloud(&blocks, &[]).expect("a file");
-    for path in [path, blocks] {
-        let file = File::open(&path).expect("a file");
+    let folder = tempdir().unwrap();
+    let paths = ["checkpoint.h5", "blocks.vtkhdf"].map(|name| folder.path().join(name));
+    checkpoint::save(&paths[0], "deck", b"run", b"state").unwrap();
+    Writer::create_cloud(&paths[1], &[]).unwrap();
+    for path in paths {
+        let file = File::open(&path).unwrap();
         let word = |name: &str| file.attr(name)?.read_scalar::<FixedAscii<32>>();
-        assert_eq!(word("ddem_version").expect("a version").as_str(), VERSION);
-        assert_eq!(word("ddem_revision").ok().map(|word| word.to_string()).as_deref(), REVISION);
+        let word = |name: &str| word(name).ok().map(|word| word.to_string());
+        assert_eq!(word("ddem_version").as_deref(), Some(VERSION));
+        assert_eq!(word("ddem_revision").as_deref(), REVISION);
     }
 }
