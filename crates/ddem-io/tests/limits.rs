@@ -105,6 +105,35 @@ material = 'granite'
     let meets = free.replace("contact = false", "contact = true");
     let stiff = meets.replace("damping = 0.0", "damping = 0.0\nnormal_stiffness = 1e18");
     let rigid = stiff.replace("material = 'granite'\n", "material = 'granite'\nbody = 'rigid'\n");
-    let lines = [free, stiff, rigid].map(|text| report(&text));
+    // The gas is much stiffer than soft rock.
+    let cavity = "
+[[blocks]]
+size = [3, 3, 3]
+count = [3, 3, 3]
+material = 'granite'
+joint = 'crack'
+[[remove]]
+where = { x = [1, 2], y = [1, 2], z = [1, 2] }
+[[charge]]
+where = { sphere = { centre = [1.5, 1.5, 1.5], radius = 0.9 } }
+mass = 1000.0
+explosive = 'tnt'
+";
+    let soft = rock.replace("50e9", "1e6").replace("2e10", "1e6").replace("1e10", "1e6");
+    let charged = format!("{soft}{cavity}{stage}");
+    let lines = [free, stiff, rigid, charged].map(|text| report(&text));
     insta::assert_snapshot!(lines.join("\n"));
+}
+
+/// A slab of 1 mm gets the inertia of thicker ones.
+#[test]
+fn report_has_the_added_inertia() {
+    let thin = ROCK.replace("[1, 1, 1.9]", "[1, 1, 1.999]");
+    let (deck, source) = ddem_deck::parse(&thin, "rock.toml").unwrap();
+    let report = inspect(&deck, &source).unwrap();
+    let added = &report.added_inertia[..];
+    assert!(matches!(added, [only] if only.region == "rock" && only.share > 0.0), "{added:?}");
+    let text = report.to_string();
+    let line = text.lines().find(|line| line.starts_with("added inertia")).unwrap_or_default();
+    insta::assert_snapshot!(line);
 }
