@@ -38,6 +38,8 @@ kind = 'dynamic'
 duration = 1e-5
 ";
 
+const FLOOR: &str = "[[fix]]\nwhere = { z = 0.0 }\naxes = 'xyz'\n";
+
 /// Stores the limits of the stages.
 #[derive(Default)]
 struct LimitReader(Vec<(String, TimeStepLimit)>);
@@ -52,7 +54,7 @@ impl Observer for LimitReader {
 
 #[test]
 fn report_log_and_summary_have_the_limit() {
-    let fixed = ROCK.to_owned() + "[[fix]]\nwhere = { z = 0.0 }\naxes = 'xyz'\n";
+    let fixed = ROCK.to_owned() + FLOOR;
     let (deck, source) = ddem_deck::parse(&fixed, "rock.toml").unwrap();
     let report = inspect(&deck, &source).unwrap();
     let limit = report.limit.clone().unwrap();
@@ -128,7 +130,7 @@ explosive = 'tnt'
 /// A slab of 1 mm gets the inertia of thicker ones.
 #[test]
 fn report_has_the_added_inertia() {
-    let thin = ROCK.replace("[1, 1, 1.9]", "[1, 1, 1.999]");
+    let thin = ROCK.replace("[1, 1, 1.9]", "[1, 1, 1.999]") + FLOOR;
     let (deck, source) = ddem_deck::parse(&thin, "rock.toml").unwrap();
     let report = inspect(&deck, &source).unwrap();
     let added = &report.added_inertia[..];
