@@ -19,6 +19,10 @@ use crate::state::profile::Profile;
 use crate::state::watch::Verdict;
 use ddem_mechanics::math::simd::Simd;
 
+/// Unbalanced force ratio of rounding above which a trial is undecided, as a fraction of the
+/// resolution: blocks that slide under so small a force would count as at rest.
+const ROUNDED: f64 = 0.1;
+
 /// Largest factor by which strengths are reduced at once. Many pairs that fail together release
 /// energy, which makes others fail that would hold.
 const PART: f64 = 1.05;
@@ -218,7 +222,10 @@ impl Simulation {
                     return Ok(Verdict::Fails);
                 }
                 // Only rounding is out of balance.
-                Err(RunError::UnreachableTolerance { .. }) => return Ok(Verdict::AtRest),
+                Err(RunError::UnreachableTolerance { ratio, .. }) => {
+                    let is_small = ratio <= ROUNDED * search.resolution;
+                    return Ok(if is_small { Verdict::AtRest } else { Verdict::Undecided });
+                }
                 Err(error) => return Err(error),
                 Ok(_) if *steps >= search.max_steps => return Ok(Verdict::Undecided),
                 Ok(_) => *steps += 1,

@@ -112,7 +112,7 @@ pub(super) fn warnings(
                 "there is no factor of safety: the trial with strengths / {factor:.4} was undecided after {steps} \
                  steps"
             );
-            let help = "raise `max_steps`";
+            let help = decisive(*steps, search);
             warnings.push(Diagnostic::warning(Code::UndecidedTrial, "max_steps", message, help));
         }
         [None, Some(_)] => {
@@ -136,7 +136,7 @@ pub(super) fn warnings(
             "the trial with strengths / {unstable:.4} was undecided after {steps} steps and counts as unstable: the \
              factor of safety may be larger"
         );
-        let help = "raise `max_steps`";
+        let help = decisive(*steps, search);
         warnings.push(Diagnostic::warning(Code::UndecidedTrial, "max_steps", message, help));
     }
     let rests = |trial: &&SafetyTrial| trial.factor > unstable && trial.verdict == Verdict::AtRest;
@@ -149,6 +149,15 @@ pub(super) fn warnings(
         warnings.push(Diagnostic::warning(Code::NonmonotonicSafety, "bracket", message, help));
     }
     warnings
+}
+
+/// Advice on a trial that was undecided after some steps.
+fn decisive(steps: u64, search: &SafetySearch) -> &'static str {
+    if steps < search.max_steps {
+        "rounding hides its forces: move the model nearer to the origin, or make the stiffest joints softer"
+    } else {
+        "raise `max_steps`"
+    }
 }
 
 /// Reasons why blocks may hold although they should fail.

@@ -47,6 +47,8 @@ fn of_searches(simulation: &mut ddem_core::Simulation, found: Vec<Safety>) -> St
 #[test]
 fn doubtful_factors_of_safety_warn() {
     let trial = |factor: f64, verdict: Verdict| SafetyTrial { factor, verdict, steps: 40 };
+    let long =
+        |trial: SafetyTrial| SafetyTrial { steps: SafetySearch::default().max_steps, ..trial };
     let safety = |bracket: [Option<f64>; 2], trials: Vec<SafetyTrial>| Safety {
         factor: None,
         bracket,
@@ -61,7 +63,7 @@ fn doubtful_factors_of_safety_warn() {
             [Some(1.0), Some(2.0)],
             vec![trial(1.0, rests), trial(2.0, open), trial(3.0, rests)],
         ),
-        safety([None, None], vec![trial(0.5, open)]),
+        safety([None, None], vec![long(trial(0.5, open))]),
         safety([None, Some(0.5)], vec![]),
         safety([Some(4.0), None], vec![]),
     ];

@@ -183,7 +183,7 @@ impl fmt::Display for StageSummary {
             if self.verdict != Verdict::AtRest {
                 return line(f, "verdict", &format!("{} with its own strengths", self.verdict));
             }
-            line(f, "verdict", "at rest before the search; the lines below describe that state")?;
+            line(f, "verdict", "at rest; the lines below describe the state before the search")?;
         } else {
             line(f, "verdict", &self.verdict.to_string())?;
             moving(f, &self.moving)?;
