@@ -16,6 +16,9 @@ use crate::reader::{numbers, syntax};
 /// each row.
 const SHOWN: usize = 20;
 
+/// Length of a line `[bytes]` above which its text is not shown: a program wrote it.
+const LONGEST: usize = 1000;
+
 /// Error of a deck that cannot be used.
 ///
 /// Its display has a line for the deck and one for each mistake; [`report`](Self::report) shows the
@@ -123,8 +126,10 @@ impl DeckError {
             Self::Wrong { name, findings } => {
                 report = format!("{}\n\n", headline(name, findings));
                 let mut shown = findings.iter().take(SHOWN);
-                let rendered = shown
-                    .try_for_each(|finding| handler.render_report(&mut report, &InText(finding)));
+                let rendered = shown.try_for_each(|finding| match finding.is_in_long_line() {
+                    true => writeln!(report, "{finding}\n"),
+                    false => handler.render_report(&mut report, &InText(finding)),
+                });
                 if findings.len() > SHOWN {
                     report += &format!("\n… and {} more\n", findings.len() - SHOWN);
                 }
@@ -164,6 +169,13 @@ impl Finding {
         let line = before.matches('\n').count() + 1;
         let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
         Self { fault, span, line, column, text: NamedSource::new(name, text) }
+    }
+
+    /// True if a line of the shown text is long.
+    fn is_in_long_line(&self) -> bool {
+        // The lines before and after are shown, too.
+        let around = self.line.saturating_sub(2);
+        self.text.inner().lines().skip(around).take(3).any(|line| line.len() > LONGEST)
     }
 
     /// Finding at the first place that is not TOML; later errors are often only its consequences.
