@@ -37,7 +37,8 @@ impl fmt::Display for Selection {
         write!(f, "{what}: {}, {} m³", counted(*blocks, "block"), shown(*volume))?;
         let Some(holds) = holds else { return Ok(()) };
         let out = if *sticks_out { ", in part outside of the blocks" } else { "" };
-        write!(f, " (the {shape} holds {} m³{out})", shown(*holds))
+        let hold = if *shape == "shapes" { "hold" } else { "holds" };
+        write!(f, " (the {shape} {hold} {} m³{out})", shown(*holds))
     }
 }
 
