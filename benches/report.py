@@ -195,6 +195,13 @@ def others(measured: Measured) -> str:
         rows.append([f"relaxation, {number(nodes)} nodes in blocks of two divisions", *cells, "M nodes/s"])
     cells = measured.rates("contacts", "deformable", 27_000)
     rows.append(["1 000 deformable cubes of two divisions in contact", *cells, "M nodes/s"])
+    for nodes in (7664, 69_200):
+        cells = measured.rates("cells", "deformable", nodes)
+        memory = measured.of("cells", model="deformable", nodes=nodes)[0]["bytes"]
+        rows.append([f"cells between three joint sets, {number(nodes)} nodes", *cells, f"M nodes/s, {memory:.0f} B per node"])
+    found = [row for row in measured.of("cells", model="rigid") if row["nodes"] == 69_200]
+    cells = [f"{1e6 / row['best']:.2f}" for row in found]
+    rows.append(["the same cells as rigid bodies", *cells, "µs per pair of a joint"])
     for model, text in (("joined", "joined in one lattice"), ("loose", "each alone, in contact")):
         found = measured.of("rigid", model=model)
         large = [row for row in found if row["nodes"] > 10_000]

@@ -194,6 +194,33 @@ pub(crate) fn relaxation(count: u32) -> BenchModel {
     BenchModel::new(simulation, Operation::Relax)
 }
 
+/// Cells of a region between three scattered joint sets, whose joints hold. The units of rigid cells are
+/// the pairs of their joints.
+pub(crate) fn cells(edge: f64, body: Body) -> BenchModel {
+    let rigid = body == Body::Rigid;
+    let name = if rigid { "rigid" } else { "deformable" };
+    let set = |dip: u32, direction: u32| {
+        format!(
+            "[[cut]]\njoint = 'seam'\n\
+             set = {{ dip = {dip}, dip_direction = {direction}, fisher = 300, spacing = 1.1 }}\n"
+        )
+    };
+    let text = format!(
+        "model.gravity = [0, 0, -9.81]\n\
+         materials.rock = {{ density = 2400, young = 18e9, poisson = 0.25 }}\n\
+         joints.seam = {{ normal_stiffness = 2e11, shear_stiffness = 7e10 }}\n\
+         [[region]]\nbox = {{ from = [0, 0, 0], to = [{edge}, {edge}, {edge}] }}\n\
+         material = 'rock'\nbody = '{name}'\n{}{}{}",
+        set(20, 100),
+        set(75, 265),
+        set(80, 5)
+    );
+    let (mut deck, _) = ddem::deck::parse_alone(&text, "cells").expect("a deck");
+    deck.fix.push(floor());
+    let simulation = started(&deck, Damping::Local(0.8));
+    BenchModel { points: rigid, ..BenchModel::new(simulation, Operation::Step) }
+}
+
 /// Each block of a lattice as a set of its own, without joints.
 fn separate(deck: &mut Deck, count: u32) {
     let all = deck.blocks.remove(0);

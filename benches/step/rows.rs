@@ -1,9 +1,9 @@
 //! Models that are measured.
 
-use ddem::deck::Kinematics;
+use ddem::deck::{Body, Kinematics};
 
 use crate::THREADS;
-use crate::models::{BenchModel, JointStrength, cubes, forces, lattice, loose, relaxation};
+use crate::models::{BenchModel, JointStrength, cells, cubes, forces, lattice, loose, relaxation};
 
 /// A model, which is measured on each number of threads.
 pub(crate) struct BenchRow {
@@ -39,7 +39,9 @@ impl BenchRow {
     }
 
     pub(crate) fn build(&self) -> BenchModel {
-        (self.build)()
+        let model = (self.build)();
+        assert_eq!(model.nodes(), self.nodes, "{} {}", self.kind, self.model);
+        model
     }
 }
 
@@ -78,6 +80,12 @@ pub(crate) fn rows(large: bool) -> Vec<BenchRow> {
     for count in [3_u32, 10] {
         let nodes = 27 * count.pow(3) as usize;
         rows.push(BenchRow::new("contacts", "deformable", nodes, move || loose(count)));
+    }
+    for (model, body) in [("deformable", Body::Deformable), ("rigid", Body::Rigid)] {
+        // Edges of the region `[m]` and the nodes of its cells.
+        for (edge, nodes) in [(1.6, 512), (4.0, 7664), (10.0, 69_200)] {
+            rows.push(BenchRow::new("cells", model, nodes, move || cells(edge, body)));
+        }
     }
     for (kind, joined) in [("joined", true), ("loose", false)] {
         for count in [4_u32, 22] {
