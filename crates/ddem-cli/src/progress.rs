@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ddem_core::{SafetyTrial, Verdict};
+use ddem_core::{FastestBlock, SafetyTrial, Verdict};
 use ddem_io::run::{Event, Observer, Progress, Report};
 use ddem_io::summary::StageSummary;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -242,6 +242,9 @@ fn figures(progress: &Progress) -> Vec<String> {
     if progress.contacts > 0 {
         figures.push(format!("{} contacts", progress.contacts));
     }
+    if let Some(FastestBlock { block, speed, .. }) = &progress.fastest {
+        figures.push(format!("block {block} at {speed:.1e} m/s"));
+    }
     figures.extend(rate(progress.updates_per_second));
     let left = progress.seconds_left.and_then(clock);
     figures.extend(left.map(|left| format!("{left} left")));
@@ -342,6 +345,7 @@ mod tests {
             tolerance: 1e-6,
             failed_pairs: 0,
             contacts: 0,
+            fastest: None,
             updates_per_second: 48.23e6,
             seconds_left: Some(80.0),
         }
@@ -357,13 +361,14 @@ mod tests {
         progress = Progress {
             failed_pairs: 7,
             contacts: 12,
+            fastest: Some(FastestBlock { block: 7, set: "slope".into(), speed: 0.25 }),
             relax: false,
             seconds_left: None,
             ..progress
         };
         insta::assert_snapshot!(
             figures(&progress).join("  "),
-            @"1200/200000  t 1.2340e-3 s  unbalanced 3.2e-4  7 failed  12 contacts  48.2 million node updates/s"
+            @"1200/200000  t 1.2340e-3 s  unbalanced 3.2e-4  7 failed  12 contacts  block 7 at 2.5e-1 m/s  48.2 million node updates/s"
         );
     }
 

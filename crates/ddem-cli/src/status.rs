@@ -4,9 +4,9 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use ddem_core::counted;
+use ddem_core::{FastestBlock, counted};
 use ddem_io::serde_json;
-use ddem_io::status::{FolderStatus, RunStatus, StageReport, StatusKind};
+use ddem_io::status::{FolderStatus, LastFrame, RunStatus, StageReport, StatusKind};
 
 use crate::progress::{clock, rate, ratio};
 use crate::results::{self, NoResults};
@@ -75,6 +75,9 @@ fn text(status: &FolderStatus) -> String {
     if report.contacts > 0 {
         say("contacts", &(counted(report.contacts, "pair") + " of blocks"));
     }
+    if let Some(FastestBlock { block, set, speed }) = &report.fastest {
+        say("fastest", &format!("block {block} (set `{set}`), {speed:.4e} m/s"));
+    }
     if *state == StatusKind::Running {
         if let Some(rate) = report.node_updates_per_second.and_then(rate) {
             say("rate", &rate);
@@ -85,11 +88,9 @@ fn text(status: &FolderStatus) -> String {
             &left.map_or("unknown".to_owned(), |left| format!("about {left} in this stage")),
         );
     }
-    let frame = status.last_frame.as_ref().map(|frame| {
-        format!(
-            "{} at {:.4e} s, step {} of `{}`",
-            frame.number, frame.time, frame.step, frame.stage
-        )
+    let frame = status.last_frame.as_ref().map(|LastFrame { number, time, step, stage }| {
+        let at = if *time > 0.0 { format!(" at {time:.4e} s") } else { String::new() };
+        format!("{number}{at}, step {step} of `{stage}`")
     });
     say("last frame", frame.as_deref().unwrap_or("none yet"));
     let saved = status.checkpoint_age_seconds.and_then(clock);
@@ -123,7 +124,9 @@ fn progress(report: &StageReport) -> String {
         (_, _, Some(steps)) => parts.push(format!("step {} of {steps}", report.step)),
         _ => parts.push(format!("step {}", report.step)),
     }
-    parts.push(format!("simulated {:.4e} s", report.time));
+    if report.time > 0.0 {
+        parts.push(format!("simulated {:.4e} s", report.time));
+    }
     parts.join(", ")
 }
 
@@ -144,6 +147,7 @@ mod tests {
             most_trials: Some(12),
             failed_pairs: 1,
             contacts: 2,
+            fastest: Some(FastestBlock { block: 7, set: "slope".to_owned(), speed: 0.25 }),
             node_updates_per_second: Some(4.2e7),
             seconds_left: Some(90.0),
             ..StageReport::default()

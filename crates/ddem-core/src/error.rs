@@ -26,6 +26,17 @@ pub struct MovingBlock {
     pub direction: [f64; 3],
 }
 
+/// The block with the fastest node.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FastestBlock {
+    /// Number of the block.
+    pub block: usize,
+    /// Name of its set.
+    pub set: String,
+    /// Speed of the node `[m/s]`; in a relaxation its displacement in the last step `[m]`.
+    pub speed: f64,
+}
+
 /// An error in the input, with its code, its place and the valid value.
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
@@ -277,8 +288,8 @@ pub enum RunError {
         max_steps: u64,
         /// Number of failed pairs.
         failed: u64,
-        /// Fastest block, its set, and its displacement in the last step `[m]`.
-        fastest: Option<(usize, String, f64)>,
+        /// The block that moved most in the last step.
+        fastest: Option<FastestBlock>,
     },
     /// Rounding keeps the unbalanced ratio above the tolerance.
     #[error(

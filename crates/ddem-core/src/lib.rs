@@ -34,7 +34,7 @@ pub use ddem_mechanics::law;
 pub use ddem_mechanics::math::simd::Simd;
 pub use ddem_mesh::ConformingJoint;
 pub use ddem_mesh::properties::Kinematics;
-pub use error::{ErrorCode, Fault, ModelError, MovingBlock, RunError, counted};
+pub use error::{ErrorCode, FastestBlock, Fault, ModelError, MovingBlock, RunError, counted};
 pub use model::Model;
 pub use model::charge::{ChargeSize, ChargeState};
 pub use model::elements::WorstShape;

@@ -33,7 +33,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use ddem_core::Simd;
+use ddem_core::{FastestBlock, Simd};
 use ddem_deck::lint::Diagnostic;
 
 use crate::folder::Earlier;
@@ -93,6 +93,8 @@ pub struct Progress {
     pub failed_pairs: u64,
     /// Pairs of blocks that press on each other without a joint.
     pub contacts: u64,
+    /// The fastest block of a dynamic stage, found once a second.
+    pub fastest: Option<FastestBlock>,
     /// Node updates per second in this stage.
     pub updates_per_second: f64,
     /// Wall time left in the stage `[s]`, if it can be estimated.

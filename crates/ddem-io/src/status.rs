@@ -8,6 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
+use ddem_core::FastestBlock;
 use ddem_deck::{Stage, StageKind};
 use serde::{Deserialize, Serialize};
 
@@ -64,6 +65,8 @@ pub struct StageReport {
     pub failed_pairs: u64,
     /// Pairs of blocks that press on each other without a joint.
     pub contacts: u64,
+    /// The fastest block of a dynamic stage.
+    pub fastest: Option<FastestBlock>,
     /// Node updates per second in this stage.
     pub node_updates_per_second: Option<f64>,
     /// Time since the stage began or was resumed `[s]`.

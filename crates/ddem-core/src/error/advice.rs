@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-use super::MovingBlock;
+use super::{FastestBlock, MovingBlock};
 
 /// Likely cause of a block that moves too fast.
 pub(super) fn block_too_fast(driven: Option<usize>) -> String {
@@ -67,9 +67,9 @@ pub(super) fn thicker(joint: Option<&(String, f64)>, missing: f64, far: Option<f
 }
 
 /// Fastest block of an unfinished relaxation.
-pub(super) fn moving(fastest: Option<&(usize, String, f64)>) -> String {
-    fastest.map_or_else(String::new, |(block, set, distance)| {
-        format!("; block {block} (set `{set}`) moves most, {distance:.1e} m in the last step")
+pub(super) fn moving(fastest: Option<&FastestBlock>) -> String {
+    fastest.map_or_else(String::new, |FastestBlock { block, set, speed }| {
+        format!("; block {block} (set `{set}`) moves most, {speed:.1e} m in the last step")
     })
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Simulation;
-use crate::error::{MovingBlock, RunError};
+use crate::error::{FastestBlock, MovingBlock, RunError};
 use crate::model::Model;
 use crate::state::State;
 use crate::state::watch::Verdict;
@@ -165,17 +165,24 @@ impl Simulation {
         most
     }
 
+    /// The fastest block; `None` if nothing moves.
+    #[must_use]
+    pub fn fastest_block(&self) -> Option<FastestBlock> {
+        let (speed, block) = self.fastest_node(|_, _| true);
+        let set = self.model.set_name(block);
+        let block = self.model.whole_block(block);
+        (speed > 0.0).then_some(FastestBlock { block, set, speed })
+    }
+
     /// Error of a relaxation that reached its last step without equilibrium.
     #[must_use]
     pub fn not_converged(&self, tolerance: f64, max_steps: u64) -> RunError {
-        let (distance, block) = self.fastest_node(|_, _| true);
         RunError::NotConverged {
             ratio: self.unbalanced(),
             tolerance,
             max_steps,
             failed: self.state.failed.iter().sum(),
-            fastest: (distance > 0.0)
-                .then(|| (self.model.whole_block(block), self.model.set_name(block), distance)),
+            fastest: self.fastest_block(),
         }
     }
 

@@ -1,16 +1,18 @@
 //! One stage from its start to its end: steps, records and progress.
 
+mod progress;
+
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
-use ddem_core::{Relaxed, RunError, Simulation, Verdict};
+use ddem_core::{FastestBlock, Relaxed, RunError, Simulation, Verdict};
 use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{OnFailure, Stage, StageKind};
 
 use super::moved::MovedBy;
 use super::record::{Recorder, Schedule};
 use super::warnings::{charges, detonations, energy_imbalance, stage_place, undamped_sliding};
-use super::{Event, Observer, Progress, RunFailure};
+use super::{Event, Observer, RunFailure};
 use crate::summary::StageSummary;
 
 /// Wall time between two progress events.
@@ -39,6 +41,8 @@ pub(super) struct StageProgress {
     recording: Duration,
     steps_before: u64,
     last_progress: Instant,
+    /// The fastest block, and when it was found.
+    fastest: (Option<FastestBlock>, Option<Instant>),
     /// Flags by charge, true if it had detonated by then.
     detonated: Vec<bool>,
     /// Reason why the stage did not come to rest.
@@ -95,6 +99,7 @@ impl<'a> Running<'a> {
             recording: Duration::ZERO,
             steps_before,
             last_progress: now,
+            fastest: (None, None),
             detonated,
             failure: None,
         };
@@ -143,6 +148,7 @@ impl<'a> Running<'a> {
             let now = Instant::now();
             if self.counters.ended || now - self.counters.last_progress >= PROGRESS {
                 self.counters.last_progress = now;
+                self.find_fastest(now);
                 let progress = self.progress();
                 self.observer.event(Event::Progress(&progress));
             }
@@ -352,33 +358,6 @@ impl<'a> Running<'a> {
 
     fn tolerance(&self) -> f64 {
         self.stage.tolerance()
-    }
-
-    fn progress(&self) -> Progress {
-        let MovedBy { simulation, cursor, .. } = &*self.moved;
-        let relax = self.relax();
-        let step = cursor.step.unwrap_or(0);
-        let left = if relax { None } else { simulation.steps_left() };
-        let steps = left.map_or(cursor.steps, |left| step + left);
-        let here = step - self.counters.steps_before;
-        let seconds = self.seconds();
-        let rate = if seconds > 0.0 { here as f64 / seconds } else { 0.0 };
-        let left = (steps.saturating_sub(step)) as f64 / rate;
-        Progress {
-            stage: self.stage.name.clone(),
-            // A stage of a program is the only one that is known.
-            stage_index: (cursor.stage.min(self.counters.stages - 1), self.counters.stages),
-            relax,
-            step,
-            steps,
-            time: simulation.time(),
-            unbalanced: simulation.unbalanced(),
-            tolerance: self.tolerance(),
-            failed_pairs: simulation.failed_pairs().iter().sum(),
-            contacts: simulation.touching_blocks() as u64,
-            updates_per_second: rate * simulation.model().n_nodes() as f64,
-            seconds_left: (!relax && left.is_finite()).then_some(left),
-        }
     }
 }
 

@@ -115,6 +115,7 @@ impl Tracker {
         report.unbalanced = finite(ratio);
         report.tolerance = if progress.relax { finite(progress.tolerance) } else { None };
         (report.failed_pairs, report.contacts) = (progress.failed_pairs, progress.contacts);
+        report.fastest.clone_from(&progress.fastest);
         report.node_updates_per_second = finite(progress.updates_per_second);
         report.seconds_left = progress.seconds_left;
     }
