@@ -10,6 +10,8 @@ try:
 except ModuleNotFoundError:  # before Python 3.11
     import tomli as tomllib
 
+from pictures import place
+
 ROOT = Path(__file__).resolve().parents[2]
 TABLE = ROOT / "docs" / "site" / "examples.toml"
 LANGUAGES = {".toml": "toml", ".py": "python", ".rs": "rust"}
@@ -54,7 +56,7 @@ def gallery(found):
         name = f"[{row['file']}]({target})" if target else f"`{row['file']}`"
         lines += ["", '<div markdown>', ""]
         if "picture" in row:
-            lines += [f"![{row['shows']}](pictures/{row['picture']})", ""]
+            lines += [f"![{row['shows']}](pictures/{place(row['picture'])})", ""]
         lines += [f"**{name}**, {row['time']}", "", sentence(row), "", f"`{row['command']}`", "", "</div>"]
     return "\n".join([*lines, "", "</div>", ""])
 
@@ -70,7 +72,7 @@ def text(row):
     lines = [f"# {row['file']}", "", sentence(row), "", "```", row["command"], "```", ""]
     lines += [f"Time on two cores: {row['time']}.", ""]
     if "picture" in row:
-        lines += [f"![{row['shows']}](../pictures/{row['picture']})", ""]
+        lines += [f"![{row['shows']}](../pictures/{place(row['picture'])})", ""]
     fence = "````"
     lines += [f"{fence}{LANGUAGES[file.suffix]}", file.read_text(encoding="utf-8").rstrip("\n"), fence, ""]
     return "\n".join(lines)

@@ -13,12 +13,15 @@ import re
 import sys
 from pathlib import Path
 
+from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 import examples
 import keys
+import pictures
+import search
 
 LOG = logging.getLogger("mkdocs.hooks.ddem")
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,6 +37,8 @@ ELSEWHERE = {
 
 LINK = re.compile(r"(\]\(|\bsrc=\"|\bhref=\")([^)\s\"]+)")
 FENCE = re.compile(r"^ {0,3}(```|~~~)")
+# Contents of pages while the search reads those of its own.
+WHOLE = {}
 
 
 def on_files(files, config):
@@ -47,14 +52,11 @@ def on_files(files, config):
         name = place(path)
         if not files.get_file_from_path(name):
             files.append(File.generated(config, name, abs_src_path=str(ROOT / path)))
-    return files
+    return pictures.replaced(files, config)
 
 
 def on_page_markdown(markdown, page, config, files):
     """Turns the links of the repository into links of the site."""
-    if page.file.src_uri.startswith("examples/") or page.file.src_uri == "verification.md":
-        # Every page loads the index of the search: no sources and tables of numbers in it.
-        page.meta["search"] = {"exclude": True}
     source = origin(page.file.src_uri)
     if source is None:
         return markdown
@@ -78,16 +80,45 @@ def on_page_markdown(markdown, page, config, files):
 
 
 def on_page_content(html, page, config, files):
-    """Loads pictures as they come into view."""
-    return re.sub(r"<img (?!loading)", '<img loading="lazy" ', html)
+    """Loads pictures as they come into view, and gives the search what it is to find."""
+
+    def lazy(match):
+        name = posixpath.normpath(posixpath.join(posixpath.dirname(page.file.src_uri), match[1]))
+        return f'<img loading="lazy" {pictures.size(files.get_file_from_path(name))}{match[0].removeprefix("<img ")}'
+
+    WHOLE[page.file.src_uri] = re.sub(r'<img [^>]*?src="([^"]+)"', lazy, html)
+    return search.indexed(page.file.src_uri, WHOLE[page.file.src_uri])
+
+
+# After the plugin `search`, which takes the contents in this event.
+@event_priority(-100)
+def on_page_context(context, page, config, nav):
+    """Shows the whole page."""
+    page.content = WHOLE.pop(page.file.src_uri)
+    return context
 
 
 def on_post_page(output, page, config):
-    """Leaves out the script for formulas where there are none, and names the search for screen readers."""
+    """Leaves out what the page does not need."""
+    return lighter(output)
+
+
+def on_post_template(output, template_name, config):
+    """The same for the page for wrong addresses."""
+    return lighter(output) if template_name.endswith(".html") else output
+
+
+def lighter(output):
+    """A page without the files for formulas where there are none, and with a name of the search for screen readers."""
     output = output.replace('role="dialog">', 'role="dialog" aria-label="Search">', 1)
     if 'class="arithmatex"' in output:
         return output
-    return re.sub(r'<script src="[^"]*site/(katex/katex\.min|math)\.js"></script>', "", output)
+    return re.sub(r'<(script src|link rel="stylesheet" href)="[^"]*site/(katex/katex\.min|math)\.(js"></script|css")>', "", output)
+
+
+def on_post_build(config):
+    """Lets no page load the index of the search."""
+    search.load_when_opened(Path(config.site_dir))
 
 
 def origin(name):
@@ -111,7 +142,7 @@ def place(path):
     if path in ELSEWHERE:
         return ELSEWHERE[path]
     if path.startswith("docs/"):
-        return path.removeprefix("docs/")
+        return pictures.place(path.removeprefix("docs/"))
     if page := examples.page(path):
         return page
     # Browsers show a text, and would keep a source as a file.

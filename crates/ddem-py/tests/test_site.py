@@ -1,5 +1,6 @@
 """The table of the examples is complete, and the gallery of README.md agrees with it."""
 
+import json
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -37,17 +38,23 @@ def test_gallery_of_the_readme_agrees_with_the_table():
 
 
 class Loads(HTMLParser):
-    """Files that a browser loads with a page."""
+    """Files that a browser loads with a page, at most."""
 
     def __init__(self, page):
         super().__init__()
-        self.files = {page.name}
-        self.feed(page.read_text(encoding="utf-8"))
+        self.files, self.pictures = {page.name}, []
+        text = page.read_text(encoding="utf-8")
+        self.feed(text)
+        # Others load as they come into view.
+        self.files.update(self.pictures[:3])
+        # The search begins with each page.
+        self.files.add(re.search(r'"search": "([^"]*)"', text)[1])
 
     def handle_starttag(self, tag, attributes):
         given = dict(attributes)
-        # Pictures load as they come into view.
-        if tag in ("script", "iframe", "source") or tag == "img" and given.get("loading") != "lazy":
+        if tag == "img":
+            self.pictures.append(given["src"])
+        elif tag in ("script", "iframe", "source"):
             self.files.add(given.get("src"))
         elif tag == "link" and given.get("rel") in ("stylesheet", "icon"):
             self.files.add(given["href"])
@@ -55,9 +62,16 @@ class Loads(HTMLParser):
 
 SITE = ROOT / "target" / "site"
 PAGES = sorted(SITE.rglob("*.html"))
+built = pytest.mark.skipif(not PAGES, reason="the site is not built: `mkdocs build`")
 
 
-@pytest.mark.skipif(not PAGES, reason="the site is not built: `mkdocs build`")
+def weight(file):
+    """Size of a file, with all fonts of a style sheet."""
+    fonts = re.findall(r"url\(([^)]+\.woff2)\)", file.read_text(encoding="utf-8")) if file.suffix == ".css" else []
+    return file.stat().st_size + sum((file.parent / font).stat().st_size for font in fonts)
+
+
+@built
 def test_pages_of_the_site_are_small_and_need_no_network():
     sizes = {}
     for page in PAGES:
@@ -65,5 +79,20 @@ def test_pages_of_the_site_are_small_and_need_no_network():
         assert not [file for file in files if re.match(r"[a-z]+:|//", file)], page
         # Those of the page for wrong addresses begin at the root of the site.
         there = [(SITE if file[0] == "/" else page.parent) / file.lstrip("/").split("?")[0] for file in files]
-        sizes[page.relative_to(SITE).as_posix()] = sum(file.stat().st_size for file in there)
+        sizes[page.relative_to(SITE).as_posix()] = sum(weight(file) for file in there)
     assert max(sizes.values()) < 1_000_000, max(sizes, key=sizes.get)
+
+
+@built
+def test_search_finds_examples_and_verification_in_a_small_index():
+    index = SITE / "search" / "search_index.json"
+    assert index.stat().st_size < 600_000
+    pages = {}
+    for entry in json.loads(index.read_text(encoding="utf-8"))["docs"]:
+        page = entry["location"].partition("#")[0]
+        pages[page] = pages.get(page, "") + entry["text"]
+    # Headers of decks and names of cases, but no sources and numbers.
+    assert "Heyman: an arch" in pages["examples/arch-toml.html"] and "[model]" not in pages["examples/arch-toml.html"]
+    assert "v02_p_wave" in pages["verification.html"] and "2999.917" not in pages["verification.html"]
+    examples = {page.relative_to(SITE).as_posix() for page in (SITE / "examples").glob("*.html")}
+    assert len(examples) > 20 and examples <= set(pages)
