@@ -27,9 +27,17 @@ export RUSTFLAGS="--remap-path-prefix=$PWD=ddem --remap-path-prefix=${CARGO_HOME
 # one or another library, and lists what it builds in.
 wheel_of() { maturin build --release --locked --strip --zig --compatibility manylinux2014 "$@"; }
 
+# What zig links to a program: its own small library, and how to unwind the stack.
+zig="$(echo "$tools"/lib/python3.*/site-packages/ziglang)"
+licences() { python3 licences.py "$1" "$2" "zig=$zig/LICENSE" "libunwind=$zig/lib/libunwind/LICENSE.TXT"; }
+
 say "Python module"
+others="LICENSE-THIRD-PARTY.txt" # one of `license-files` in pyproject.toml
+licences ddem-py "$others"
 wheel_of --out dist
+rm "$others"
 wheel="$(echo dist/*.whl)"
+python3 -m zipfile --list "$wheel" | grep "$others" || fail "the wheel has no licences of others"
 
 say "program"
 # Out of a wheel, for which all is checked and listed in the same way.
@@ -39,6 +47,7 @@ wheel_of --manifest-path crates/ddem-cli/Cargo.toml --bindings bin --out "$packe
 python3 -m zipfile --extract "$packed"/*.whl "$packed"
 install -D --mode 755 "$packed"/*.data/scripts/ddem "$packed/$name/ddem"
 cp LICENSE-APACHE LICENSE-MIT "$packed/$name"
+licences ddem-cli "$packed/$name/$others"
 tar --create --gzip --file "dist/$name.tar.gz" --owner=0 --group=0 --mtime="@$SOURCE_DATE_EPOCH" --directory "$packed" "$name"
 cp "$packed"/*.dist-info/sboms/*.json "dist/$name.cdx.json"
 

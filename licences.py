@@ -1,0 +1,111 @@
+#!/usr/bin/env python3
+"""Names and texts of the licences of all code that is built into a package of the workspace besides its own.
+
+    python3 licences.py PACKAGE FILE [NAME=TEXT ...]
+
+writes FILE: crates for x86-64 Linux, C libraries that they bring, the Rust standard library, and each NAME with the file
+TEXT. It fails if one of them has no text. release.sh runs it.
+"""
+
+import json
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent
+TARGET = "x86_64-unknown-linux-gnu"
+NAMES = re.compile(r"licen[cs]e|unlicense|copying|copyright|notice", re.I)
+# Texts of the C libraries, with their places in the crates that build them.
+BUNDLED = {
+    "hdf5-metno-src": ["ext/hdf5/COPYING", "ext/hdf5/COPYING_LBNL_HDF5"],
+    "libmimalloc-sys": ["c_src/mimalloc/v2/LICENSE", "c_src/mimalloc/v3/LICENSE"],
+    "libz-sys": ["src/zlib/LICENSE"],
+}
+# Crates that are published without a text, with the one of their licences that is taken.
+WITHOUT = {
+    "backtrace-ext": "Apache-2.0",
+    "hdf5-metno": "Apache-2.0",
+    "hdf5-metno-sys": "Apache-2.0",
+    "hdf5-metno-types": "Apache-2.0",
+    "prefetch-index": "MIT",
+    "rstar": "Apache-2.0",
+}
+
+
+def cargo(*arguments):
+    return subprocess.run(["cargo", *arguments, "--locked"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+
+
+def linked(package):
+    """Crates of other people that are linked into a package."""
+    edges = ["--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]
+    names = {tuple(line.split()[:2]) for line in cargo("tree", "-p", package, "--target", TARGET, *edges).splitlines() if line}
+    known = json.loads(cargo("metadata", "--format-version", "1", "--filter-platform", TARGET))["packages"]
+    return [crate for crate in known if crate["source"] and (crate["name"], f"v{crate['version']}") in names]
+
+
+def texts(crate):
+    """Texts of the licences of a crate and of what it bundles."""
+    name, folder = crate["name"], Path(crate["manifest_path"]).parent
+    builds = {needed["name"] for needed in crate["dependencies"] if needed["kind"] == "build"}
+    if builds & {"cc", "cmake"} and name not in BUNDLED:
+        raise SystemExit(f"{name} may build a C library: add its licences to `BUNDLED` in licences.py, or an empty list")
+    files = sorted(file for file in folder.iterdir() if file.is_file() and NAMES.match(file.name))
+    files += [folder / file for file in BUNDLED.get(name, ())]
+    if any(re.search("licen[cs]e|copying", file.name, re.I) for file in files):
+        return [file.read_text(encoding="utf-8") for file in files]
+    if name not in WITHOUT:
+        raise SystemExit(f"{name} {crate['version']} ({crate['license']}) has no text of its licence: add it to `WITHOUT` in licences.py")
+    if WITHOUT[name] not in re.split(r" OR |/", crate["license"]):
+        raise SystemExit(f"{name} {crate['version']} is under {crate['license']} now, not {WITHOUT[name]}: see `WITHOUT` in licences.py")
+    if WITHOUT[name] == "Apache-2.0":
+        return [(ROOT / "LICENSE-APACHE").read_text(encoding="utf-8")]
+    holders = ", ".join(crate["authors"])
+    return [re.sub(r"Copyright .*", f"Copyright (c) {holders}", (ROOT / "LICENSE-MIT").read_text(encoding="utf-8"), count=1)]
+
+
+class Text(HTMLParser):
+    """Text of a page."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.parts = []
+        self.feed(page)
+
+    def handle_data(self, data):
+        self.parts.append(data)
+
+
+def standard_library():
+    """Licences of the Rust standard library, which comes with the compiler."""
+    root = subprocess.run(["rustc", "--print", "sysroot"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    page = (Path(root) / "share" / "doc" / "rust" / "COPYRIGHT-library.html").read_text(encoding="utf-8")
+    text = "".join(Text(page).parts)
+    return re.sub(r"\n\s*\n+", "\n\n", text)
+
+
+def main(package, output, *others):
+    """Writes each text once, after the names of all that are under it."""
+    crates = linked(package)
+    under = {}
+    for crate in crates:
+        for text in texts(crate):
+            # The same text may have other line breaks.
+            first = under.setdefault(" ".join(text.split()), (text, []))
+            first[1].append(f"{crate['name']} {crate['version']} ({crate['license'] or 'see below'})")
+    for other in others:
+        name, _, file = other.partition("=")
+        text = Path(file).read_text(encoding="utf-8")
+        under.setdefault(" ".join(text.split()), (text, []))[1].append(name)
+    parts = [f"{package} contains the code of others, under the licences below.\n"]
+    for text, names in under.values():
+        parts.append("\n".join(names) + "\n\n" + text.strip("\n") + "\n")
+    parts.append(standard_library().strip() + "\n")
+    Path(output).write_text(f"\n{'=' * 80}\n\n".join(parts), encoding="utf-8")
+    print(f"{output}: {len(crates)} crates, {len(under)} texts")
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])
