@@ -17,11 +17,11 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent
 TARGET = "x86_64-unknown-linux-gnu"
 NAMES = re.compile(r"licen[cs]e|unlicense|copying|copyright|notice", re.I)
-# Texts of the C libraries, with their places in the crates that build them.
+# Crates that build a C library, with its name and the places of its texts.
 BUNDLED = {
-    "hdf5-metno-src": ["ext/hdf5/COPYING", "ext/hdf5/COPYING_LBNL_HDF5"],
-    "libmimalloc-sys": ["c_src/mimalloc/v2/LICENSE", "c_src/mimalloc/v3/LICENSE"],
-    "libz-sys": ["src/zlib/LICENSE"],
+    "hdf5-metno-src": ("HDF5", ["ext/hdf5/COPYING", "ext/hdf5/COPYING_LBNL_HDF5"]),
+    "libmimalloc-sys": ("mimalloc", ["c_src/mimalloc/v2/LICENSE", "c_src/mimalloc/v3/LICENSE"]),
+    "libz-sys": ("zlib", ["src/zlib/LICENSE"]),
 }
 # Crates that are published without a text, with the one of their licences that is taken.
 WITHOUT = {
@@ -47,23 +47,30 @@ def linked(package):
 
 
 def texts(crate):
-    """Texts of the licences of a crate and of what it bundles."""
+    """Names and texts of a crate and of the C library that it builds."""
     name, folder = crate["name"], Path(crate["manifest_path"]).parent
+    title = f"{name} {crate['version']} ({crate['license'] or 'see the text'})"
     builds = {needed["name"] for needed in crate["dependencies"] if needed["kind"] == "build"}
     if builds & {"cc", "cmake"} and name not in BUNDLED:
-        raise SystemExit(f"{name} may build a C library: add its licences to `BUNDLED` in licences.py, or an empty list")
+        raise SystemExit(f"{title} may build a C library: add the library to `BUNDLED` in licences.py")
+    library, places = BUNDLED.get(name, ("", []))
+    found = [(f"{library}, in {name} {crate['version']}", (folder / place).read_text(encoding="utf-8")) for place in places]
     files = sorted(file for file in folder.iterdir() if file.is_file() and NAMES.match(file.name))
-    files += [folder / file for file in BUNDLED.get(name, ())]
     if any(re.search("licen[cs]e|copying", file.name, re.I) for file in files):
-        return [file.read_text(encoding="utf-8") for file in files]
-    if name not in WITHOUT:
-        raise SystemExit(f"{name} {crate['version']} ({crate['license']}) has no text of its licence: add it to `WITHOUT` in licences.py")
-    if WITHOUT[name] not in re.split(r" OR |/", crate["license"]):
-        raise SystemExit(f"{name} {crate['version']} is under {crate['license']} now, not {WITHOUT[name]}: see `WITHOUT` in licences.py")
-    if WITHOUT[name] == "Apache-2.0":
-        return [(ROOT / "LICENSE-APACHE").read_text(encoding="utf-8")]
-    holders = ", ".join(crate["authors"])
-    return [re.sub(r"Copyright .*", f"Copyright (c) {holders}", (ROOT / "LICENSE-MIT").read_text(encoding="utf-8"), count=1)]
+        return found + [(title, file.read_text(encoding="utf-8")) for file in files]
+    # The crate may be its library alone.
+    return found if crate["license_file"] in places else [*found, (title, common(crate, title))]
+
+
+def common(crate, title):
+    """Text of the licence of a crate that is published without one."""
+    taken = WITHOUT.get(crate["name"])
+    if taken is None or taken not in re.split(r" OR |/", crate["license"] or ""):
+        raise SystemExit(f"{title} has no text of its licence: set the one to take in `WITHOUT` in licences.py")
+    if taken == "Apache-2.0":
+        return (ROOT / "LICENSE-APACHE").read_text(encoding="utf-8")
+    holders = f"Copyright (c) {', '.join(crate['authors'])}"
+    return re.sub("Copyright .*", holders, (ROOT / "LICENSE-MIT").read_text(encoding="utf-8"), count=1)
 
 
 class Text(HTMLParser):
@@ -89,19 +96,18 @@ def standard_library():
 def main(package, output, *others):
     """Writes each text once, after the names of all that are under it."""
     crates = linked(package)
-    under = {}
-    for crate in crates:
-        for text in texts(crate):
-            # The same text may have other line breaks.
-            first = under.setdefault(" ".join(text.split()), (text, []))
-            first[1].append(f"{crate['name']} {crate['version']} ({crate['license'] or 'see below'})")
+    found = [pair for crate in crates for pair in texts(crate)]
     for other in others:
         name, _, file = other.partition("=")
-        text = Path(file).read_text(encoding="utf-8")
-        under.setdefault(" ".join(text.split()), (text, []))[1].append(name)
+        found.append((name, Path(file).read_text(encoding="utf-8")))
+    under = {}
+    for name, text in found:
+        # The same text may have other line breaks.
+        first = under.setdefault(" ".join(text.split()), (text, []))
+        if name not in first[1]:
+            first[1].append(name)
     parts = [f"{package} contains the code of others, under the licences below.\n"]
-    for text, names in under.values():
-        parts.append("\n".join(names) + "\n\n" + text.strip("\n") + "\n")
+    parts += ["\n".join(names) + "\n\n" + text.strip("\n") + "\n" for text, names in under.values()]
     parts.append(standard_library().strip() + "\n")
     Path(output).write_text(f"\n{'=' * 80}\n\n".join(parts), encoding="utf-8")
     print(f"{output}: {len(crates)} crates, {len(under)} texts")
