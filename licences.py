@@ -34,16 +34,17 @@ WITHOUT = {
 }
 
 
-def cargo(*arguments):
-    return subprocess.run(["cargo", *arguments, "--locked"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+def run(*command):
+    return subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True).stdout
 
 
 def linked(package):
     """Crates of other people that are linked into a package."""
     edges = ["--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]
-    names = {tuple(line.split()[:2]) for line in cargo("tree", "-p", package, "--target", TARGET, *edges).splitlines() if line}
-    known = json.loads(cargo("metadata", "--format-version", "1", "--filter-platform", TARGET))["packages"]
-    return [crate for crate in known if crate["source"] and (crate["name"], f"v{crate['version']}") in names]
+    lines = run("cargo", "tree", "--locked", "-p", package, "--target", TARGET, *edges).splitlines()
+    names = {tuple(line.split()[:2]) for line in lines if line}
+    known = run("cargo", "metadata", "--locked", "--format-version", "1", "--filter-platform", TARGET)
+    return [crate for crate in json.loads(known)["packages"] if crate["source"] and (crate["name"], f"v{crate['version']}") in names]
 
 
 def texts(crate):
@@ -87,7 +88,7 @@ class Text(HTMLParser):
 
 def standard_library():
     """Licences of the Rust standard library, which comes with the compiler."""
-    root = subprocess.run(["rustc", "--print", "sysroot"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.strip()
+    root = run("rustc", "--print", "sysroot").strip()
     page = (Path(root) / "share" / "doc" / "rust" / "COPYRIGHT-library.html").read_text(encoding="utf-8")
     text = "".join(Text(page).parts)
     return re.sub(r"\n\s*\n+", "\n\n", text)

@@ -37,6 +37,7 @@ ELSEWHERE = {
 
 LINK = re.compile(r"(\]\(|\bsrc=\"|\bhref=\")([^)\s\"]+)")
 FENCE = re.compile(r"^ {0,3}(```|~~~)")
+FORMULAS = re.compile(r'<script src="[^"]*site/(katex/katex\.min|math)\.js"></script>|<link [^>]*site/katex/[^>]*>')
 # Markdown has no table without a head.
 EMPTY_HEAD = re.compile(r"<thead>\s*<tr>(\s*<th[^>]*></th>)+\s*</tr>\s*</thead>")
 # Contents of pages while the search reads those of its own.
@@ -120,7 +121,7 @@ def lighter(output):
     output = output.replace('role="dialog">', 'role="dialog" aria-label="Search">', 1)
     if 'class="arithmatex"' in output:
         return output
-    return re.sub(r'<(script src|link rel="stylesheet" href)="[^"]*site/(katex/katex\.min|math)\.(js"></script|css")>', "", output)
+    return FORMULAS.sub("", output)
 
 
 def on_post_build(config):
