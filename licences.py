@@ -42,9 +42,10 @@ def linked(package):
     """Crates of other people that are linked into a package."""
     edges = ["--edges", "normal,no-proc-macro", "--prefix", "none", "--format", "{p}"]
     lines = run("cargo", "tree", "--locked", "-p", package, "--target", TARGET, *edges).splitlines()
-    names = {tuple(line.split()[:2]) for line in lines if line}
+    names = {" ".join(line.split()[:2]) for line in lines}
     known = run("cargo", "metadata", "--locked", "--format-version", "1", "--filter-platform", TARGET)
-    return [crate for crate in json.loads(known)["packages"] if crate["source"] and (crate["name"], f"v{crate['version']}") in names]
+    crates = [crate for crate in json.loads(known)["packages"] if crate["source"]]
+    return [crate for crate in crates if f"{crate['name']} v{crate['version']}" in names]
 
 
 def texts(crate):
