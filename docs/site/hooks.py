@@ -90,6 +90,8 @@ def on_page_content(html, page, config, files):
         return f'<img loading="lazy" {pictures.size(files.get_file_from_path(name))}{match[0].removeprefix("<img ")}'
 
     html = EMPTY_HEAD.sub("", re.sub(r'<img [^>]*?src="([^"]+)"', lazy, html))
+    # No head of a row or a column.
+    html = re.sub(r"<th([^>]*)></th>", r"<td\1></td>", html)
     WHOLE[page.file.src_uri] = html
     if page.file.src_uri == "verification.md":
         # Its tables are wide.
