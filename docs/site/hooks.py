@@ -127,7 +127,7 @@ def lighter(output):
 
 
 def on_post_build(config):
-    """Lets no page load the index of the search."""
+    """Lets pages load the index of the search as it is opened."""
     search.load_when_opened(Path(config.site_dir))
 
 

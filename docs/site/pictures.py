@@ -1,4 +1,4 @@
-"""Pictures of the site: those of docs/pictures as lossless WebP, half as large as PNG, and their sizes."""
+"""Pictures of the site, with their sizes: those of docs/pictures in PNG become lossless WebP, which is half as large."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MADE = ROOT / "target" / "pictures"
 
 
 def place(path):
-    """Place in the site of a picture of docs/; other files of docs/ keep theirs."""
+    """Place in the site of a file of docs/, with another suffix if it is a picture in PNG."""
     return path.removesuffix(".png") + ".webp" if path.endswith(".png") else path
 
 
@@ -34,7 +34,7 @@ def replaced(files, config):
 
 
 def size(file):
-    """Attributes of a picture with its size, by which the page keeps its place before it is there."""
+    """Attributes with the size of a picture, so that nothing moves when it has come."""
     if file is None or not file.src_uri.endswith((".webp", ".gif", ".png")):
         return ""
     with Image.open(file.abs_src_path) as picture:
