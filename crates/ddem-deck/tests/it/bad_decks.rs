@@ -252,6 +252,18 @@ fn one_line_per_fault() {
     assert_eq!(format!("{error:?}"), error.to_string());
 }
 
+/// The text is not shown: it would fill the screen, and the library that draws it panics from column
+/// 65 536 on.
+#[test]
+fn mistakes_in_long_lines_are_named() {
+    let rows = "[0, 0], ".repeat(20_000);
+    let deck = change("[[0, 0], [0.01, 1.0]]", &format!("[{rows}[0, nan]]"));
+    let (deck, source) = ddem_deck::parse(&deck, "deck.toml").expect("numbers");
+    let error = source.check(&deck).expect_err("no number");
+    let report = error.report(false);
+    assert!(report.len() < 1000 && report.contains(&error.findings()[0].to_string()), "{report}");
+}
+
 #[test]
 fn long_fault_lists_are_truncated() {
     let rows = "[0, nan], ".repeat(1000);

@@ -30,6 +30,7 @@ mod selection;
 mod selectors;
 mod sets;
 mod step_limits;
+mod verdicts;
 mod warnings;
 
 // Modules shared with the tests of the method, which use more of them.

@@ -1,0 +1,36 @@
+//! Verdicts that rounding hides, and the fastest block.
+
+use ddem_core::{FastestBlock, SafetySearch, Simulation, Verdict};
+
+use crate::rock_decks;
+
+/// Block on a slope with the factor of safety tan 35° / tan 30°.
+const BLOCK: &str = include_str!("../../../../examples/block.toml");
+
+fn block(changes: &[(&str, &str)]) -> Simulation {
+    let text = changes.iter().fold(BLOCK.to_owned(), |text, (old, new)| {
+        assert!(text.contains(old), "{old}");
+        text.replace(old, new)
+    });
+    Simulation::new(rock_decks::built(&text).model())
+}
+
+/// With 1e20 Pa/m the rounding of a position of 4 m, 4e-16 m, causes more than the weight of 26 kN.
+#[test]
+fn trials_of_nothing_but_rounding_are_undecided() {
+    let stiff = block(&[("normal_stiffness = 1e10", "normal_stiffness = 1e20")]);
+    let found = stiff.factor_of_safety(&SafetySearch::default(), &|_| {}).expect("a search");
+    assert_eq!((found.factor, found.bracket), (None, [None; 2]));
+    let verdicts: Vec<Verdict> = found.trials.iter().map(|trial| trial.verdict).collect();
+    assert_eq!(verdicts, [Verdict::Undecided; 2]);
+}
+
+#[test]
+fn fastest_block_has_the_fastest_node() {
+    let still = block(&[]);
+    assert_eq!(still.fastest_block(), None);
+    let thrown = "[[initial]]\nwhere = { set = 'block' }\nvelocity = [0, 0, 3]\n[[stage]]\nname = \"weight\"";
+    let simulation = block(&[("[[stage]]\nname = \"weight\"", thrown)]);
+    let expected = FastestBlock { block: 3, set: "block".to_owned(), speed: 3.0 };
+    assert_eq!(simulation.fastest_block(), Some(expected));
+}
