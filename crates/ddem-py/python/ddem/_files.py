@@ -39,9 +39,15 @@ class File:
             raise ImportError(message) from missing
         if not path.exists():
             raise FileNotFoundError(f"{path} does not exist")
+        self._path = path
         self._reader: Any = vtkHDFReader()
+        # VTK tells its errors to observers, and goes on without what it could not read.
+        self._errors: list[str] = []
+        for source in (self._reader, self._reader.GetExecutive()):
+            source.AddObserver("ErrorEvent", lambda *_: self._errors.append("damaged"))
         self._reader.SetFileName(os.fspath(path))
         self._reader.UpdateInformation()
+        self._check()
         information = self._reader.GetOutputInformation(0)
         self.times = information.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
         # Last frame read: callers often read several fields of a frame.
@@ -52,9 +58,16 @@ class File:
         import pyvista as pv
 
         if self._last is None or self._last[0] != index:
-            self._reader.UpdateTimeStep(self.times[index])
+            if index < len(self.times):
+                self._reader.UpdateTimeStep(self.times[index])
+            self._check(index < len(self.times))
             self._last = (index, Read(pv.wrap(self._reader.GetOutputDataObject(0))))
         return self._last[1]
+
+    def _check(self, has_step: bool = True) -> None:
+        """Raises an error if the reader has met one, or if a time step is missing."""
+        if self._errors or not has_step:
+            raise OSError(f"{self._path} is damaged: restore it, or run the deck again")
 
 
 def rows_of(path: Path) -> tuple[list[str], list[list[str]]]:

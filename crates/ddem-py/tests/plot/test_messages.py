@@ -7,6 +7,7 @@ import argparse
 import ast
 import os
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -79,6 +80,13 @@ def calls(simulation, folder, tmp_path, monkeypatch):
         finally:
             (folder / "frames.csv").unlink()
 
+    def damaged():
+        copy = shutil.copytree(folder, tmp_path / "copies" / "damaged")
+        file = copy / "blocks.vtkhdf"
+        file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+        _results.Results(copy)[0].fields  # noqa: B018
+
+    yield "damaged file", damaged
     yield "frames of several runs", several_runs
     yield "frame by its time", lambda: _results.Results(folder)[0.9]
     yield "frame of the program", lambda: program._frame("first")
