@@ -2,7 +2,7 @@
 
 use std::io;
 
-use ddem_core::{ErrorCode, Fault, ModelError, MovingBlock, RunError};
+use ddem_core::{ErrorCode, FastestBlock, Fault, ModelError, MovingBlock, RunError};
 use ddem_deck::*;
 use ddem_io::OutputError;
 use ddem_io::folder::FolderError;
@@ -94,7 +94,7 @@ fn run_errors() -> Vec<RunError> {
         tolerance: 1e-6,
         max_steps: 1000,
         failed,
-        fastest: Some((4, rock(), 1e-5)),
+        fastest: Some(FastestBlock { block: 4, set: rock(), speed: 1e-5 }),
     };
     let computed = || "1/0".to_owned();
     vec![
