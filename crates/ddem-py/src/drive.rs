@@ -135,6 +135,7 @@ pub(crate) fn steps(
             tolerance: 0.0,
             failed_pairs: simulation.failed_pairs().iter().sum(),
             contacts: simulation.touching_blocks() as u64,
+            fastest: None,
             updates_per_second: rate * simulation.model().n_nodes() as f64,
             seconds_left: None,
         });

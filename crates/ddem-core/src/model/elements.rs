@@ -9,11 +9,11 @@ use ddem_mesh::Vec3;
 /// Element of a cell or of a slanted block that is most distorted.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorstShape {
-    /// Its block.
+    /// Number of the block.
     pub block: usize,
     /// Least scaled Jacobian at its corners.
     pub scaled_jacobian: f64,
-    /// Mean of its corners `[m]`.
+    /// Mean of the corners `[m]`.
     pub point: [f64; 3],
 }
 
