@@ -11,10 +11,11 @@ use super::{MovedBy, Running};
 const SEARCH: Duration = Duration::from_secs(1);
 
 impl Running<'_> {
-    /// Finds the fastest block of a dynamic stage, if it was not found lately.
+    /// Finds the fastest block of a dynamic stage, if it was not found lately, and at the end.
     pub(super) fn find_fastest(&mut self, now: Instant) {
+        let ended = self.counters.ended;
         let (fastest, found) = &mut self.counters.fastest;
-        let is_old = found.is_none_or(|found| now - found >= SEARCH);
+        let is_old = ended || found.is_none_or(|found| now - found >= SEARCH);
         if self.stage.kind == StageKind::Dynamic && is_old {
             (*fastest, *found) = (self.moved.simulation.fastest_block(), Some(now));
         }
