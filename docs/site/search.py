@@ -1,4 +1,4 @@
-"""What the search of the site finds, and when a page loads its index."""
+"""Index of the search of the site, which a page loads when the search opens."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-//! What limits the time step, in the report of `--check` and in the summary.
+//! Limits of the time step, in the report of `--check` and in the summary.
 
 use ddem_io::run::{Event, Observer, Options, inspect, run};
 use ddem_io::summary::{Summary, TimeStepLimit};

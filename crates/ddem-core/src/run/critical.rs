@@ -104,9 +104,10 @@ impl Simulation {
         Ok(step)
     }
 
-    /// Resets all critical steps.
+    /// Resets all critical steps and what limits them.
     pub(super) fn forget_critical_steps(&mut self) {
         self.critical_steps = [None; 2];
         self.spectra = [None, None];
+        self.limiters = [None; 2];
     }
 }

@@ -61,8 +61,10 @@ pub struct Simulation {
     /// Critical steps of the model as it starts, and with springs in place of all joints that can
     /// fail `[s]`.
     pub(crate) critical_steps: [Option<f64>; 2],
-    /// Iterations with which these critical steps were found.
+    /// Iterations with which these critical steps were found, until their limiters are known.
     spectra: [Option<Tridiagonal>; 2],
+    /// Parts of the model that limit these critical steps.
+    limiters: [Option<Limiter>; 2],
     pub(crate) last: StepSums,
     /// Kinetic and strain energy at the start of the run `[J]`, by the scheme's own measure.
     pub(crate) initial_energy: f64,
@@ -116,6 +118,7 @@ impl Simulation {
             relaxation: None,
             critical_steps: [None; 2],
             spectra: [None, None],
+            limiters: [None; 2],
             last: StepSums::default(),
             initial_energy: 0.0,
             started: false,

@@ -49,7 +49,7 @@ pub struct StepLimit {
 
 impl Simulation {
     /// Limit of the critical step with which an automatic stage would begin now; `None` if no step is
-    /// critical. This takes about as long as the critical step.
+    /// critical. The first call takes about as long as the critical step.
     ///
     /// # Errors
     ///
@@ -62,11 +62,14 @@ impl Simulation {
         if !(step.is_finite() && step > 0.0) {
             return Ok(None);
         }
-        Ok(Some(StepLimit { limiter: self.limiter(broken, step)?, step }))
+        let known = self.limiters[usize::from(broken)];
+        let limiter = known.map_or_else(|| self.find_limiter(broken, step), Ok)?;
+        self.limiters[usize::from(broken)] = Some(limiter);
+        Ok(Some(StepLimit { limiter, step }))
     }
 
     /// Part of the model with the most energy in its fastest mode.
-    fn limiter(&mut self, broken: bool, step: f64) -> Result<Limiter, RunError> {
+    fn find_limiter(&mut self, broken: bool, step: f64) -> Result<Limiter, RunError> {
         let span = self.scratch.profiler.begin();
         let mut parts = CriticalModel::new(&self.model, broken);
         let mut joints = std::mem::take(&mut parts.joints);
@@ -91,7 +94,6 @@ impl Simulation {
                 modal.largest(&self.scratch.energies)
             }
         };
-        self.spectra[usize::from(broken)] = Some(iterated);
         self.scratch.profiler.end(span, Phase::StartUp);
         Ok(limiter)
     }

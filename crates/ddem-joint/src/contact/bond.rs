@@ -123,6 +123,21 @@ impl BondedPatch {
     pub fn end(&self) -> usize {
         self.first_pair + self.patch.points.len()
     }
+
+    /// Nodes of both sides with their parts of the area `[m²]`, a node several times.
+    pub fn node_areas(&self, blocks: &[ContactBlock], geometry: &Geometry) -> Vec<(usize, f64)> {
+        let mut areas = Vec::new();
+        for side in 0..2 {
+            let block = self.patch.blocks[side] as usize;
+            let first = geometry.blocks[block].first_node as usize;
+            for point in &self.patch.points {
+                let weights = blocks[block].weights(&point.points[side]).into_iter();
+                areas
+                    .extend(weights.map(|(node, weight)| (first + node, weight * point.pair.area)));
+            }
+        }
+        areas
+    }
 }
 
 /// All nonconforming joints; the numbers of their pairs start at `first`.

@@ -40,23 +40,6 @@ pub fn bounds_at_nodes(
     at_nodes.into_iter().collect()
 }
 
-impl BondedPatch {
-    /// Nodes of both sides with their parts of the area `[m²]`, a node several times.
-    pub fn node_areas(&self, blocks: &[ContactBlock], geometry: &Geometry) -> Vec<(usize, f64)> {
-        let mut areas = Vec::new();
-        for side in 0..2 {
-            let block = self.patch.blocks[side] as usize;
-            let first = geometry.blocks[block].first_node as usize;
-            for point in &self.patch.points {
-                let weights = blocks[block].weights(&point.points[side]).into_iter();
-                areas
-                    .extend(weights.map(|(node, weight)| (first + node, weight * point.pair.area)));
-            }
-        }
-        areas
-    }
-}
-
 fn add(at_nodes: &mut AtNodes, node: usize, more: [f64; 2]) {
     if more != [0.0; 2] {
         let sum = at_nodes.entry(node).or_default();
