@@ -5,7 +5,7 @@ use crate::model::Model;
 use crate::model::joint_state::JointState;
 use crate::state::State;
 use crate::state::motion::Motion;
-use crate::state::watch::{SAMPLE_INTERVAL, detection_time};
+use crate::state::watch::detection_time;
 use ddem_joint::contact::Patch;
 use ddem_mechanics::math::disjoint_sets::DisjointSets;
 use ddem_mesh::Vec3;
@@ -60,10 +60,10 @@ impl State {
         self.watch.begin(self.steps, stage, displacements);
     }
 
-    /// Records how far blocks have moved against each other since the last event, every
-    /// [`SAMPLE_INTERVAL`] steps.
+    /// Records how far blocks have moved against each other since the last event, at the end of each
+    /// interval of the watch.
     pub(crate) fn watch_motion(&mut self, model: &Model, ratio: f64, relaxes: bool) {
-        if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(SAMPLE_INTERVAL) {
+        if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(self.watch.interval()) {
             return;
         }
         let fraction = |(blocks, distance): ([usize; 2], f64)| {
@@ -73,7 +73,7 @@ impl State {
         let most = self.relative_motions(model).into_iter().map(fraction).fold(0.0, f64::max);
         // A relaxation has ended by the time that blocks fall.
         let flight = if relaxes { 0.0 } else { self.flight(model) };
-        self.watch.samples.push([most, ratio, flight]);
+        self.watch.add([most, ratio, flight]);
     }
 
     /// Largest motion since the last event of blocks that fly or fall, relative to the largest

@@ -1,6 +1,6 @@
 //! Detection of blocks without a bonded joint that continue to move against each other (§7).
 //!
-//! Every [`SAMPLE_INTERVAL`] steps a *sample* records two values. The first is how far any two
+//! Every 200 steps, in a very long stage less often, a *sample* records two values. The first is how far any two
 //! blocks have moved against each other since the last event (the start of a stage or an increment,
 //! or a failure), as a fraction of an edge. The second is the unbalanced force ratio. A mechanism
 //! continues to slide under a constant unbalanced force. Blocks that find an equilibrium slow down
@@ -13,7 +13,10 @@ use serde::{Deserialize, Serialize};
 use crate::model::stage::SafetySearch;
 
 /// Number of steps between two samples.
-pub(super) const SAMPLE_INTERVAL: u64 = 200;
+const SAMPLE_INTERVAL: u64 = 200;
+/// Number of samples at which every second one is dropped, so that the memory of a long stage and the
+/// time of its verdicts stay bounded.
+const MOST_SAMPLES: usize = 4096;
 /// Least number of steps from an event to a verdict.
 const SHORTEST_WAIT: u64 = 1000;
 /// Number of steps to wait if no stage has been near equilibrium yet.
@@ -97,7 +100,9 @@ pub(crate) struct MotionWatch {
     pub(super) settling_steps: u64,
     /// Values at each sample: motion of touching blocks as a fraction of an edge, unbalanced force
     /// ratio, and motion of blocks in flight.
-    pub(super) samples: Vec<[f64; 3]>,
+    samples: Vec<[f64; 3]>,
+    /// Number of times that every second sample was dropped.
+    thinned: u32,
     /// Mean displacement of each block at the start of the stage and at the last event `[m]`.
     pub(super) displacements: [Vec<[f64; 3]>; 2],
 }
@@ -111,6 +116,25 @@ impl MotionWatch {
         self.displacements[1] = displacements;
         self.since = step;
         self.samples.clear();
+        self.thinned = 0;
+    }
+
+    /// Number of steps between two samples.
+    pub(super) fn interval(&self) -> u64 {
+        SAMPLE_INTERVAL << self.thinned
+    }
+
+    /// Adds the sample of an interval after the last one.
+    pub(super) fn add(&mut self, sample: [f64; 3]) {
+        self.samples.push(sample);
+        if self.samples.len() == MOST_SAMPLES {
+            let mut number = 0;
+            self.samples.retain(|_| {
+                number += 1;
+                number % 2 == 0
+            });
+            self.thinned += 1;
+        }
     }
 
     /// Notes that forces are nearly in equilibrium.
@@ -123,7 +147,7 @@ impl MotionWatch {
     /// not come to rest.
     pub(crate) fn rattles(&self, step: u64) -> bool {
         let steps = step - self.since;
-        steps.is_multiple_of(SAMPLE_INTERVAL)
+        steps.is_multiple_of(self.interval())
             && steps >= self.waiting_time()
             && self.force_persists()
     }
@@ -141,7 +165,7 @@ impl MotionWatch {
     /// edge, or continues for long.
     pub(crate) fn fails(&self, far: f64) -> bool {
         let waiting_time = self.waiting_time();
-        let steps = SAMPLE_INTERVAL * self.samples.len() as u64;
+        let steps = self.interval() * self.samples.len() as u64;
         let far = self.samples.last().is_some_and(|sample| sample[0] >= far);
         steps >= waiting_time
             && grows(&self.touching())
@@ -313,6 +337,26 @@ mod tests {
         assert_eq!(watched(10_000, shifts).verdict(1e-4), Verdict::AtRest);
         assert_eq!(watched(7_000, shifts).verdict(1e-4), Verdict::Undecided);
         assert_eq!(MotionWatch::default().verdict(1e-4), Verdict::AtRest);
+    }
+
+    /// Ten million steps of blocks that slide at constant speed, and of others that stop halfway: the
+    /// samples of every 16th interval are left.
+    #[test]
+    fn long_stages_keep_few_samples_and_their_verdicts() {
+        let long = |motion: &dyn Fn(f64) -> f64| {
+            let mut watch = MotionWatch::default();
+            for step in (SAMPLE_INTERVAL..=10_000_000).step_by(SAMPLE_INTERVAL as usize) {
+                if step.is_multiple_of(watch.interval()) {
+                    watch.add([motion(step as f64), 1e-4, 0.0]);
+                    assert_eq!(watch.samples.len() as u64, step / watch.interval());
+                    assert!(watch.samples.len() < MOST_SAMPLES);
+                }
+            }
+            assert_eq!(watch.interval(), 16 * SAMPLE_INTERVAL);
+            watch.verdict(1e-4)
+        };
+        assert_eq!(long(&|steps| 1e-7 * steps), Verdict::Fails);
+        assert_eq!(long(&|steps| 1e-7 * steps.min(5e6)), Verdict::AtRest);
     }
 
     #[test]
