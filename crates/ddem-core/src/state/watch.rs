@@ -17,6 +17,8 @@ const SAMPLE_INTERVAL: u64 = 200;
 /// Number of samples at which every second one is dropped, so that the memory of a long stage and the
 /// time of its verdicts stay bounded.
 const MOST_SAMPLES: usize = 4096;
+/// Number of times that they are dropped which no stage reaches.
+const MOST_THINNED: u32 = 40;
 /// Least number of steps from an event to a verdict.
 const SHORTEST_WAIT: u64 = 1000;
 /// Number of steps to wait if no stage has been near equilibrium yet.
@@ -122,6 +124,11 @@ impl MotionWatch {
     /// Number of steps between two samples.
     pub(super) fn interval(&self) -> u64 {
         SAMPLE_INTERVAL << self.thinned
+    }
+
+    /// True if this can be the watch after so many steps.
+    pub(crate) fn is_valid(&self, steps: u64) -> bool {
+        self.since <= steps && self.thinned < MOST_THINNED
     }
 
     /// Adds the sample of an interval after the last one.

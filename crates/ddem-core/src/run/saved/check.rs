@@ -45,7 +45,7 @@ pub(super) fn run(model: &Model, state: &State, run: &RunState) -> Checked {
     let moves = run.time_step > 0.0 || !run.started;
     let critical = run.critical_steps.iter().flatten().all(|&step| step > 0.0);
     expect(finite && state.time >= 0.0 && moves && critical, "invalid times")?;
-    let counts = steps <= MOST_STEPS && state.origin.1 <= steps && state.watch.since <= steps;
+    let counts = steps <= MOST_STEPS && state.origin.1 <= steps && state.watch.is_valid(steps);
     expect(counts, "invalid step counts")?;
     let failed = state.failed.iter().all(|&failed| failed <= model.n_pairs() as u64);
     expect(failed, "more failed pairs than the model has")?;
