@@ -21,6 +21,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import examples
 import keys
 import pictures
+import rust
 import search
 
 LOG = logging.getLogger("mkdocs.hooks.ddem")
@@ -48,7 +49,7 @@ def on_files(files, config):
     """Adds the pages from elsewhere, those made of other files, and the files to which they link."""
     for path, name in ELSEWHERE.items():
         files.append(File.generated(config, name, abs_src_path=str(ROOT / path)))
-    made = {**examples.pages(), **keys.pages()}
+    made = {**examples.pages(), **keys.pages(), **rust.pages()}
     for name, text in made.items():
         files.append(File.generated(config, name, content=text))
     for path in linked():
@@ -66,6 +67,9 @@ def on_page_markdown(markdown, page, config, files):
     if source == "docs/diagnostics.md":
         # An anchor for each code.
         markdown = re.sub(r"^\| `([a-z-]+)` \|", r"| `\1`{#\1} |", markdown, flags=re.M)
+
+    if source == "docs/rust.md":
+        markdown += rust.listed()
 
     def rewritten(match):
         opening, target = match.groups()

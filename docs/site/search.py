@@ -11,6 +11,9 @@ LOG = logging.getLogger("mkdocs.hooks.ddem")
 DISPLAYED = re.compile(r'<div class="arithmatex">.*?</div>', re.S)
 ROW = re.compile(r"<tr>.*?</tr>", re.S)
 CELL = re.compile(r"<td>.*?</td>", re.S)
+ITEMS = re.compile(r"<table>.*?</table>", re.S)
+MEMBER = re.compile(r'<p class="member" id="[^"]*?(?:(?:method|variant)\.(\w+))?">.*?</p>\s*(?:<div class="about">.*?</div>)?', re.S)
+DECLARATION = re.compile(r"<pre><code>pub .*?</pre>", re.S)
 SOURCE = re.compile(r"<code>((?:(?!</code>).)*)(</code></pre></div>\s*)$", re.S)
 
 # The theme loads the index with each page served by http, and with each page to mark the words of a search. Here a page
@@ -38,6 +41,10 @@ def indexed(name, html):
         return SOURCE.sub(lambda match: f"<code>{header(match[1])}{match[2]}", html)
     if name == "verification.md":
         return names(html)
+    if name.startswith("rust/"):
+        # Items, which follow their table, with the names of their methods.
+        html = DECLARATION.sub("", ITEMS.sub("", html, count=1))
+        return MEMBER.sub(lambda match: f"{match[1]} " if match[1] else "", html)
     # Nobody looks for LaTeX.
     return DISPLAYED.sub("", html)
 

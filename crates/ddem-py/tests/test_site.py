@@ -1,6 +1,7 @@
 """The table of the examples is complete, and the gallery of README.md agrees with it."""
 
 import json
+import posixpath
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -81,6 +82,24 @@ def test_pages_of_the_site_are_small_and_need_no_network():
         there = [(SITE if file[0] == "/" else page.parent) / file.lstrip("/").split("?")[0] for file in files]
         sizes[page.relative_to(SITE).as_posix()] = sum(weight(file) for file in there)
     assert max(sizes.values()) < 1_000_000, max(sizes, key=sizes.get)
+
+
+@built
+def test_links_of_the_site_lead_to_pages_and_anchors():
+    texts = {page.relative_to(SITE).as_posix(): page.read_text(encoding="utf-8") for page in PAGES}
+    anchors = {page: set(re.findall(r' id="([^"]+)"', text)) for page, text in texts.items()}
+    dead = []
+    # Links of the page for wrong addresses depend on the address of the site.
+    for page in texts.keys() - {"404.html"}:
+        for link in re.findall(r'<a [^>]*?href="([^"]*)"', texts[page]):
+            if re.match(r"[a-z]+:", link):
+                continue
+            path, _, anchor = link.partition("#")
+            there = posixpath.normpath(posixpath.join(posixpath.dirname(page), path)) if path else page
+            found = anchor in anchors[there] if anchor and there in anchors else (SITE / there).exists()
+            if not found:
+                dead.append((page, link))
+    assert not dead
 
 
 @built
