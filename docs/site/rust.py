@@ -80,14 +80,16 @@ def about(text):
 
 def page(folder, found):
     """A module: a table of its items, then the items."""
-    names = [path.name for path in (DOC / folder).iterdir() if ITEM.fullmatch(path.name)]
+    index = read(folder, "index.html")
+    # A folder may have items of former builds, too.
+    names = {name for name in re.findall('href="([^"/]*)"', index) if ITEM.fullmatch(name)}
     rows, items = [], []
     for name in sorted(names, key=lambda name: name.partition(".")[2].lower()):
         text, anchor = read(folder, name), name.removesuffix(".html")
         kind, short = anchor.split(".")
         rows.append((f"#{anchor}", short, text))
         items += ["", f"## {kind} `{short}` {{#{anchor}}}", "", Item(f"{folder}/{name}", found).cleaned(text)]
-    lines = [f"# `{found[folder]}`", "", Item(f"{folder}/index.html", found).cleaned(read(folder, "index.html")), ""]
+    lines = [f"# `{found[folder]}`", "", Item(f"{folder}/index.html", found).cleaned(index), ""]
     return "\n".join([*lines, table(rows), *items, ""])
 
 
