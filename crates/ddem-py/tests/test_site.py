@@ -38,6 +38,15 @@ def test_gallery_of_the_readme_agrees_with_the_table():
         assert shows.split(";")[0].replace("*", "") == table[file]["shows"], file
 
 
+def test_programs_have_the_code_that_the_page_on_extending_shows():
+    programs = [ROOT / "examples" / "law.rs", ROOT / "tests" / "contract" / "extending.rs"]
+    sources = [path.read_text(encoding="utf-8") for path in programs]
+    shown = re.findall(r"^```rust\n(.*?)^```$", (ROOT / "docs" / "extending.md").read_text(encoding="utf-8"), re.M | re.S)
+    assert len(shown) == 3
+    for code in shown:
+        assert any(code in source for source in sources), code
+
+
 class Loads(HTMLParser):
     """Files that a browser loads with a page, at most."""
 
