@@ -41,6 +41,8 @@ FENCE = re.compile(r"^ {0,3}(```|~~~)")
 FORMULAS = re.compile(r'<script src="[^"]*site/(katex/katex\.min|math)\.js"></script>|<link [^>]*site/katex/[^>]*>')
 # Markdown has no table without a head.
 EMPTY_HEAD = re.compile(r"<thead>\s*<tr>(\s*<th[^>]*></th>)+\s*</tr>\s*</thead>")
+# Pages with wide tables, which take the place of the navigation.
+WIDE = {"method.md", "performance.md", "verification.md"}
 # Contents of pages while the search reads those of its own.
 WHOLE = {}
 
@@ -97,9 +99,9 @@ def on_page_content(html, page, config, files):
     # No head of a row or a column.
     html = re.sub(r"<th([^>]*)></th>", r"<td\1></td>", html)
     WHOLE[page.file.src_uri] = html
-    if page.file.src_uri == "verification.md":
-        # Its tables are wide.
+    if page.file.src_uri in WIDE:
         page.meta["hide"] = ["navigation"]
+    if page.file.src_uri == "verification.md":
         WHOLE[page.file.src_uri] = f'<div class="numbers">{html}</div>'
     return search.indexed(page.file.src_uri, html)
 
