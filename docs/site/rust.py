@@ -6,12 +6,14 @@ The pages of rustdoc itself are ten times as large as the whole site, and some h
 from __future__ import annotations
 
 import html
+import logging
 import os
 import posixpath
 import re
 from html.parser import HTMLParser
 from pathlib import Path
 
+LOG = logging.getLogger("mkdocs.hooks.ddem")
 ROOT = Path(__file__).resolve().parents[2]
 DOC = Path(os.environ.get("CARGO_TARGET_DIR") or ROOT / "target") / "doc"
 
@@ -89,6 +91,8 @@ def page(folder, found):
         kind, short = anchor.split(".")
         rows.append((f"#{anchor}", short, text))
         items += ["", f"## {kind} `{short}` {{#{anchor}}}", "", Item(f"{folder}/{name}", found).cleaned(text)]
+    if not all(about(text) for _, _, text in rows) or not rows:
+        LOG.warning("the pages of rustdoc in %s have another form than docs/site/rust.py expects", DOC / folder)
     lines = [f"# `{found[folder]}`", "", Item(f"{folder}/index.html", found).cleaned(index), ""]
     return "\n".join([*lines, table(rows), *items, ""])
 

@@ -12,7 +12,8 @@ DISPLAYED = re.compile(r'<div class="arithmatex">.*?</div>', re.S)
 ROW = re.compile(r"<tr>.*?</tr>", re.S)
 CELL = re.compile(r"<td>.*?</td>", re.S)
 ITEMS = re.compile(r"<table>.*?</table>", re.S)
-MEMBER = re.compile(r'<p class="member" id="[^"]*?(?:(?:method|variant)\.(\w+))?">.*?</p>\s*(?:<div class="about">.*?</div>)?', re.S)
+MEMBER = re.compile(r'<p class="member" id="[^"]*?(?:(?:method|variant)\.(\w+))?">.*?</p>\s*(?:<div class="about">.*?</div>)?\s*', re.S)
+ABOUT = re.compile(r'(<div class="about">\s*<p>.*?</p>).*?</div>', re.S)
 DECLARATION = re.compile(r"<pre><code>pub .*?</pre>", re.S)
 SOURCE = re.compile(r"<code>((?:(?!</code>).)*)(</code></pre></div>\s*)$", re.S)
 
@@ -42,9 +43,10 @@ def indexed(name, html):
     if name == "verification.md":
         return names(html)
     if name.startswith("rust/"):
-        # Items, which follow their table, with the names of their methods.
+        # Items, which follow their table: what they are, and the names of their methods.
         html = DECLARATION.sub("", ITEMS.sub("", html, count=1))
-        return MEMBER.sub(lambda match: f"{match[1]} " if match[1] else "", html)
+        html = MEMBER.sub(lambda match: f"{match[1]} " if match[1] else "", html)
+        return ABOUT.sub(r"\1</div>", html)
     # Nobody looks for LaTeX.
     return DISPLAYED.sub("", html)
 
