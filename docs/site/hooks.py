@@ -70,9 +70,6 @@ def on_page_markdown(markdown, page, config, files):
         # An anchor for each code.
         markdown = re.sub(r"^\| `([a-z-]+)` \|", r"| `\1`{#\1} |", markdown, flags=re.M)
 
-    if source == "docs/rust.md":
-        markdown += rust.listed()
-
     def rewritten(match):
         opening, target = match.groups()
         path, mark, anchor = target.partition("#")
@@ -85,7 +82,8 @@ def on_page_markdown(markdown, page, config, files):
         start = posixpath.dirname(page.file.src_uri) or "."
         return f"{opening}{posixpath.relpath(place(found), start)}{mark}{anchor}"
 
-    return outside_fences(markdown, lambda line: LINK.sub(rewritten, line))
+    markdown = outside_fences(markdown, lambda line: LINK.sub(rewritten, line))
+    return markdown + rust.listed() if source == "docs/rust.md" else markdown
 
 
 def on_page_content(html, page, config, files):
