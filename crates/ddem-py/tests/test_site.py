@@ -111,6 +111,16 @@ def test_links_of_the_site_lead_to_pages_and_anchors():
     assert not dead
 
 
+@pytest.mark.skipif(not (SITE / "rust").exists(), reason="the site was built without `cargo doc`")
+def test_items_of_the_page_on_rust_exist():
+    pages = [page.read_text(encoding="utf-8") for page in (SITE / "rust").glob("*.html")]
+    known = {name.rsplit(".", 1)[1] for page in pages for name in re.findall(r' id="(\w+\.[\w.]+)"', page)}
+    table = (ROOT / "docs" / "rust.md").read_text(encoding="utf-8").split("re-exports these crates")[0]
+    items = [name for name in re.findall(r"`([\w:]+)`", table) if name not in ("ddem", "io", "ddem::deck")]
+    assert len(items) > 20
+    assert not [name for name in items if name.rsplit("::", 1)[-1] not in known]
+
+
 @built
 def test_search_finds_examples_and_verification_in_a_small_index():
     index = SITE / "search" / "search_index.json"
