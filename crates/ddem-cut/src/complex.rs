@@ -28,6 +28,8 @@ pub struct CellComplex {
     pub(crate) tree: CellTree,
     /// Distance within which a point lies on a plane `[m]`.
     pub(crate) tolerance: f64,
+    /// Largest number of cells.
+    pub(crate) most: usize,
     /// Number of times that rounding errors kept a cell whole.
     pub(crate) n_uncut: usize,
     /// Fractures of finite size, by the number of their plane.
@@ -97,6 +99,12 @@ impl CellComplex {
     #[must_use]
     pub fn tolerance(&self) -> f64 {
         self.tolerance
+    }
+
+    /// Stops cuts at a number of cells below [`MOST_CELLS`], for which there is no more memory.
+    #[must_use]
+    pub fn with_most(self, most: usize) -> Self {
+        Self { most: most.min(MOST_CELLS), ..self }
     }
 
     /// Number of times that a cell stayed whole because rounding errors left no two polyhedra.
@@ -208,7 +216,7 @@ impl CellComplex {
                 allowed.push(true);
                 count.divisions += 1;
             }
-            if self.cells.len() > MOST_CELLS {
+            if self.cells.len() > self.most {
                 count.too_many = true;
                 return;
             }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use nalgebra::Vector3;
 
 use crate::cell::{CellFace, ConvexCell};
-use crate::complex::{CellComplex, ON_PLANE, bounds};
+use crate::complex::{CellComplex, MOST_CELLS, ON_PLANE, bounds};
 use crate::coplanar;
 use crate::measure;
 use crate::polyhedron::Polyhedron;
@@ -61,6 +61,7 @@ impl CellComplex {
             cells: Vec::new(),
             tree: CellTree::default(),
             tolerance: ON_PLANE * diagonal,
+            most: MOST_CELLS,
             n_uncut: 0,
             fractures: BTreeMap::new(),
         };

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use crate::cell::{self, CellFace, ConvexCell};
-use crate::complex::{CellComplex, CutCount, MOST_CELLS, bounds};
+use crate::complex::{CellComplex, CutCount, bounds};
 use crate::measure;
 use crate::plane::CutPlane;
 use crate::seeds::SeedGrid;
@@ -76,7 +76,7 @@ impl CellComplex {
                 Some(_) => {}
                 None => self.n_uncut += 1,
             }
-            if self.cells.len() > MOST_CELLS {
+            if self.cells.len() > self.most {
                 count.too_many = true;
                 break;
             }

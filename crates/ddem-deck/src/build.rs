@@ -58,11 +58,21 @@ impl BuiltDeck {
     ///
     /// All mistakes of the deck; each [`Fault`] names the key it is about.
     pub fn new(deck: &Deck) -> Result<Self, ModelError> {
+        Self::within(deck, u64::MAX)
+    }
+
+    /// As [`new`](Self::new), with `available` memory `[bytes]`: cuts of regions stop when their cells would need
+    /// more.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`new`](Self::new), and cuts that make too many cells.
+    pub fn within(deck: &Deck, available: u64) -> Result<Self, ModelError> {
         let faults = crate::check(deck);
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        Self::build(&deck.with_tunnels()).map_err(|faults| ModelError { faults })
+        Self::build(&deck.with_tunnels(), available).map_err(|faults| ModelError { faults })
     }
 
     /// A new model of the problem.
@@ -83,9 +93,9 @@ impl BuiltDeck {
         &self.problem
     }
 
-    fn build(deck: &Deck) -> Result<Self, Vec<Fault>> {
+    fn build(deck: &Deck, available: u64) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
-        let Cut { stages, sets, selections, joints } = geometry::cut(deck, &names)?;
+        let Cut { stages, sets, selections, joints } = geometry::cut(deck, &names, available)?;
         let mut problem = Problem {
             properties: properties::properties(deck, joints),
             stages,

@@ -14,6 +14,7 @@ mod shapes;
 mod stability;
 mod thick;
 mod ties;
+mod too_many;
 
 pub(in crate::build) use assigned::AssignedRock;
 pub(in crate::build) use blocks::RockBlocks;
@@ -64,7 +65,7 @@ impl Deck {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        self.with_tunnels().cut_checked()
+        self.with_tunnels().cut_checked(u64::MAX)
     }
 
     /// Fault of regions whose model would need more memory than the `available` `[bytes]`, before
@@ -79,8 +80,7 @@ impl Deck {
         }
         let deck = self.with_tunnels();
         let (cells, place) = cuts::expected(&deck, &deck.shapes()?);
-        let divisions = self.region.iter().map(|region| region.divisions).min();
-        let size = Size::of_cells(cells, divisions.map_or(2.0, f64::from));
+        let size = Size::of_cells(cells, least_divisions(self));
         Ok((size.bytes > available as f64).then(|| {
             let message = format!(
                 "the cuts would make about {cells:.1e} cells, which need about {:.1} GB of memory; {:.1} GB is \
@@ -105,17 +105,23 @@ impl Deck {
         self.region.iter().enumerate().map(of).collect()
     }
 
-    /// Cuts the regions of a deck without mistakes; no cells without regions.
-    pub(in crate::build) fn cut_checked(&self) -> Result<CutRock, ModelError> {
+    /// Cuts the regions of a deck without mistakes, into no more cells than the `available` memory holds as blocks
+    /// `[bytes]`; no cells without regions.
+    pub(in crate::build) fn cut_checked(&self, available: u64) -> Result<CutRock, ModelError> {
         let shapes = self.shapes()?;
         let faults = overlaps(self, &shapes);
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
         let (complex, fractures) =
-            cuts::cut(self, &shapes).map_err(|faults| ModelError { faults })?;
+            cuts::cut(self, &shapes, available).map_err(|faults| ModelError { faults })?;
         Ok(CutRock::new(self.clone(), complex, fractures))
     }
+}
+
+/// Smallest number of elements along the edges of a block of regions.
+fn least_divisions(deck: &Deck) -> f64 {
+    deck.region.iter().map(|region| region.divisions).min().map_or(2.0, f64::from)
 }
 
 /// Faults of regions that have rock in common.

@@ -53,9 +53,10 @@ pub(in crate::build) struct Cut {
     pub(in crate::build) joints: Vec<JointProperties>,
 }
 
-/// Cuts regions and sets, applies `assign` and `remove`, numbers blocks and nodes.
-pub(in crate::build) fn cut(deck: &Deck, names: &Names) -> Result<Cut, Vec<Fault>> {
-    let rock = deck.cut_checked().map_err(|error| error.faults)?;
+/// Cuts regions and sets, applies `assign` and `remove`, numbers blocks and nodes. Blocks of regions may need as much
+/// memory as is `available` `[bytes]`.
+pub(in crate::build) fn cut(deck: &Deck, names: &Names, available: u64) -> Result<Cut, Vec<Fault>> {
+    let rock = deck.cut_checked(available).map_err(|error| error.faults)?;
     sound(rock.thick_joints())?;
     let Refined { mut lattices, sets, mut selections, mut faults } =
         refined(deck, names, rock.sets())?;

@@ -1,16 +1,18 @@
 //! Cuts of regions, in the order of a deck.
 
-use ddem_core::problem::{Sets, Vec3, shown};
+use ddem_core::problem::{Sets, Vec3};
 use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{
     CellComplex, Compass, CutCount, JointSet, MOST_CELLS, Polyhedron, RegionParts, expected_cells,
 };
 
 use super::fractures::{RockFracture, listed};
+use super::least_divisions;
 use super::region_cut::{CutShape, RegionCut};
 use super::shapes::{fractures, joint_set, network, plane, seeds, spacing, tunnel};
+use super::too_many::{stopped, too_many_fault};
 use crate::build::geometry::{Selector, coordinates};
-use crate::schema::{Deck, RockCut, SetCut, Where};
+use crate::schema::{Deck, RockCut, SetCut, Size, Where};
 
 /// Largest number of planes from the origin of a set to the end of the rock: more take long.
 const MOST_PLANES: f64 = 1e8;
@@ -36,10 +38,12 @@ struct WholeRock<'a> {
     bounds: [Vec3; 2],
 }
 
-/// Cells of all regions after all cuts, and the discs and polygons of these.
+/// Cells of all regions after all cuts, and the discs and polygons of these. There are no more cells than the
+/// `available` memory holds as blocks `[bytes]`.
 pub(super) fn cut(
     deck: &Deck,
     shapes: &[RegionParts],
+    available: u64,
 ) -> Result<(CellComplex, Vec<RockFracture>), Vec<Fault>> {
     let whole = WholeRock::new(deck, shapes);
     for count in [far_origin, too_many_discs, too_many, too_close] {
@@ -47,7 +51,9 @@ pub(super) fn cut(
             return Err(vec![fault]);
         }
     }
-    let (mut rock, mut fractures) = (CellComplex::of_regions(shapes), Vec::new());
+    let most = available as f64 / Size::of_cells(1.0, least_divisions(deck)).bytes;
+    let rock = CellComplex::of_regions(shapes).with_most(most as usize);
+    let (mut rock, mut fractures) = (rock, Vec::new());
     for (number, entry) in deck.cut.iter().enumerate() {
         let at = format!("cut[{number}]");
         let chosen = chosen(&rock, &entry.r#where, whole.bounds);
@@ -76,7 +82,7 @@ pub(super) fn cut(
             all.too_many |= count.too_many;
         }
         if all.too_many {
-            return Err(vec![too_many_fault(deck, at, rock.cells().len() as f64)]);
+            return Err(vec![stopped(deck, at, rock.cells().len(), available)]);
         }
         if all.divisions == 0
             && let Some(fault) = without_effect(&rock, entry, &at, &cuts, &chosen, &whole)
@@ -275,15 +281,6 @@ pub(super) fn expected(deck: &Deck, shapes: &[RegionParts]) -> (f64, String) {
         Some(by_seeds) => by_seeds,
         None => (by_sets, closest_set(deck).unwrap_or_else(|| "region".to_owned())),
     }
-}
-
-fn too_many_fault(deck: &Deck, place: String, cells: f64) -> Fault {
-    let sets = deck.cut.iter().filter_map(|cut| cut.set.as_ref());
-    let least = sets.map(|set| spacing(&set.spacing).mean()).fold(f64::INFINITY, f64::min);
-    let message =
-        format!("the cuts would make about {cells:.1e} cells; at most {MOST_CELLS} are possible");
-    let help = format!("the smallest `spacing` is {} m on average", shown(least));
-    Fault::new(ErrorCode::TooLarge, place, message).help(help)
 }
 
 /// Flags of the cells whose centroid is in a `where`.
