@@ -27,6 +27,7 @@ use std::collections::HashSet;
 use ddem_core::problem::{Faults, Rule, shown};
 use ddem_core::{ErrorCode, Fault};
 
+use crate::diagnose::is_control;
 use crate::schema::examples::example;
 use crate::schema::{Deck, names};
 
@@ -35,6 +36,7 @@ use crate::schema::{Deck, names};
 /// Overlaps of blocks and empty selections need the geometry and are not checked here.
 pub fn check(deck: &Deck) -> Vec<Fault> {
     let mut faults = Faults::default();
+    faults.printable("title", &deck.title);
     faults.finite("model.gravity", &deck.model.gravity);
     contact::check(&deck.contact, &mut faults);
     let every = deck.output.checkpoint_every;
@@ -89,7 +91,10 @@ trait NameFaults {
         of: (&str, &str),
     );
 
-    /// Adds faults of empty and repeated names.
+    /// Adds a fault of a text with characters that a terminal obeys.
+    fn printable(&mut self, place: impl Into<String>, text: &str);
+
+    /// Adds faults of empty and repeated names, and of names with characters that a terminal obeys.
     fn unique<'a>(&mut self, kind: &str, names: impl IntoIterator<Item = (String, &'a str)>);
 }
 
@@ -120,9 +125,22 @@ impl NameFaults for Faults {
         );
     }
 
+    fn printable(&mut self, place: impl Into<String>, text: &str) {
+        if let Some(letter) = text.chars().find(|letter| is_control(*letter)) {
+            let message = format!("the text has the control character U+{:04X}", u32::from(letter));
+            self.add_help(
+                ErrorCode::InvalidName,
+                place,
+                message,
+                "write letters, digits and signs: results and messages show this text",
+            );
+        }
+    }
+
     fn unique<'a>(&mut self, kind: &str, names: impl IntoIterator<Item = (String, &'a str)>) {
         let mut seen: HashSet<&str> = HashSet::new();
         for (place, name) in names {
+            self.printable(place.as_str(), name);
             if name.is_empty() {
                 self.add(ErrorCode::InvalidName, place, format!("the name of a {kind} is empty"));
             } else if !seen.insert(name) {

@@ -16,6 +16,9 @@ use crate::reader::{numbers, syntax};
 /// each row.
 const SHOWN: usize = 20;
 
+/// Largest number of mistakes listed without the text.
+const LISTED: usize = 100;
+
 /// Length of a line `[bytes]` above which its text is not shown: a program wrote it.
 const LONGEST: usize = 1000;
 
@@ -73,7 +76,28 @@ fn headline(name: &str, findings: &[Finding]) -> String {
 }
 
 fn lines(findings: &[Finding]) -> String {
-    findings.iter().map(|finding| format!("\n{finding}")).collect()
+    let shown = findings.iter().take(LISTED).map(|finding| format!("\n{finding}"));
+    let lines: String = shown.collect();
+    match findings.len().saturating_sub(LISTED) {
+        0 => lines,
+        more => format!("{lines}\n… and {more} more"),
+    }
+}
+
+/// Fault without control characters, which a key or a name of a deck may have and a terminal would obey.
+fn printable(mut fault: Fault) -> Fault {
+    let texts = [Some(&mut fault.message), Some(&mut fault.place), fault.help.as_mut()];
+    for text in texts.into_iter().flatten() {
+        if text.contains(is_control) {
+            *text = text.replace(is_control, "\u{fffd}");
+        }
+    }
+    fault
+}
+
+/// True for a character that moves a terminal's cursor or changes its colours.
+pub(crate) fn is_control(letter: char) -> bool {
+    letter.is_control() && !matches!(letter, '\n' | '\t')
 }
 
 impl DeckError {
@@ -165,9 +189,8 @@ pub struct Finding {
 impl Finding {
     pub(crate) fn new(source: &Source, fault: Fault, span: Range<usize>) -> Self {
         let (name, text) = source.shared();
-        let before = text.get(..span.start).unwrap_or_default();
-        let line = before.matches('\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
+        let (line, column) = source.line_and_column(span.start);
+        let fault = printable(fault);
         Self { fault, span, line, column, text: NamedSource::new(name, text) }
     }
 
@@ -197,6 +220,8 @@ impl Finding {
             fault = fault.help(format!("before this there is an {}", unclosed.message()));
         } else if let Some((message, help)) = advice {
             fault = Fault::new(ErrorCode::Syntax, "", message).help(help);
+        } else {
+            fault = fault.help(syntax::LINES);
         }
         Some(Self::new(source, fault, first.span().unwrap_or(0..0)))
     }

@@ -27,6 +27,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     }
     for (name, material) in &deck.materials {
         let at = format!("materials.{}", segment(name));
+        faults.printable(at.as_str(), name);
         if name.is_empty() {
             faults.add(ErrorCode::InvalidName, at.as_str(), "the name of a material is empty");
         }
@@ -38,6 +39,7 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     }
     for (name, joint) in &deck.joints {
         let at = format!("joints.{}", segment(name));
+        faults.printable(at.as_str(), name);
         if name.is_empty() {
             faults.add(ErrorCode::InvalidName, at.as_str(), "the name of a joint is empty");
         }

@@ -12,6 +12,8 @@ use toml::de::{DeTable, DeValue};
 pub struct Source {
     name: Arc<str>,
     text: Arc<str>,
+    /// Starts of the lines of the text.
+    lines: Vec<usize>,
     root: SourceNode,
 }
 
@@ -31,7 +33,9 @@ enum Children {
 impl Source {
     pub(super) fn new(name: &str, text: &str, table: &Spanned<DeTable<'_>>) -> Self {
         let root = SourceNode { span: 0..0, children: Children::keys(table.get_ref()) };
-        Self { name: name.into(), text: text.into(), root }
+        let ends = text.match_indices('\n').map(|(end, _)| end + 1);
+        let lines = std::iter::once(0).chain(ends).collect();
+        Self { name: name.into(), text: text.into(), lines, root }
     }
 
     /// Name of the deck, usually the path of its file.
@@ -46,6 +50,14 @@ impl Source {
 
     pub(crate) fn shared(&self) -> (Arc<str>, Arc<str>) {
         (self.name.clone(), self.text.clone())
+    }
+
+    /// Line and column of a position in the text, from 1, the column in characters. The lines are counted once: a
+    /// deck may have a mistake in each of very many.
+    pub(crate) fn line_and_column(&self, at: usize) -> (usize, usize) {
+        let line = self.lines.partition_point(|start| *start <= at).max(1);
+        let before = self.text.get(self.lines[line - 1]..at).unwrap_or_default();
+        (line, before.chars().count() + 1)
     }
 
     /// Location of the value at a [`Fault::place`](ddem_core::Fault::place), in bytes of the text.

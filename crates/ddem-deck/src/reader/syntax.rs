@@ -4,6 +4,10 @@ use super::numbers;
 use crate::schema::examples;
 use crate::schema::is_list;
 
+/// Advice on a line that is none of TOML.
+pub(crate) const LINES: &str = "a line of a deck is `key = value`, a header such as `[model]` or `[[blocks]]`, or a \
+                                comment after `#`";
+
 /// Message and help.
 type Advice = (String, String);
 
