@@ -16,7 +16,8 @@ pub use contents::{file_contents, restore_files};
 pub use files::{join_paths, read_files};
 pub use source::Source;
 
-use std::io;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 use std::string::FromUtf8Error;
 
@@ -37,11 +38,28 @@ use crate::schema::Deck;
 /// the first.
 pub fn read(path: &Path) -> Result<(Deck, Source), DeckError> {
     let unreadable = |source| DeckError::Unreadable { path: path.to_owned(), source };
-    let bytes =
-        if path.is_dir() { Err(io::ErrorKind::IsADirectory.into()) } else { std::fs::read(path) };
-    let text = String::from_utf8(bytes.map_err(unreadable)?);
+    let text = String::from_utf8(bytes(path).map_err(unreadable)?);
     let text = text.map_err(|error| unreadable(not_text(&error)))?;
     parse(&text, &path.display().to_string())
+}
+
+/// Largest size of a deck `[bytes]`.
+const MOST_BYTES: u64 = 1 << 30;
+
+/// Bytes of a deck: a file, or what a shell pipes to `/dev/stdin` or `/dev/fd/N`.
+fn bytes(path: &Path) -> io::Result<Vec<u8>> {
+    let piped = ["/dev/stdin", "/dev/fd"].iter().any(|pipe| path.starts_with(pipe));
+    let file = if piped { File::open(path)? } else { files::open(path)? };
+    let mut bytes = Vec::new();
+    // A pipe does not know its length.
+    if file.metadata()?.len() <= MOST_BYTES {
+        file.take(MOST_BYTES + 1).read_to_end(&mut bytes)?;
+        if bytes.len() as u64 <= MOST_BYTES {
+            return Ok(bytes);
+        }
+    }
+    let message = format!("it has more than {MOST_BYTES} bytes");
+    Err(io::Error::new(io::ErrorKind::FileTooLarge, message))
 }
 
 /// Error of a text in another encoding, with its line.

@@ -112,6 +112,19 @@ pub fn join_paths(deck: &mut Deck, folder: &Path) {
     }
 }
 
+/// Opens a file. Pipes and devices are refused before they are opened: a pipe may wait for ever, and a device such as
+/// `/dev/zero` has no end.
+pub(super) fn open(path: &Path) -> std::io::Result<File> {
+    let about = std::fs::metadata(path)?;
+    if about.is_dir() {
+        return Err(std::io::ErrorKind::IsADirectory.into());
+    }
+    if !about.is_file() {
+        return Err(std::io::Error::other("it is a pipe or a device, not a file"));
+    }
+    File::open(path)
+}
+
 /// Reads a file only once, even if a deck names it several times.
 fn fill<T>(
     file: &mut FileOf<T>,
@@ -127,16 +140,7 @@ fn fill<T>(
         return Ok(());
     }
     let path = folder.join(&file.path);
-    let open = || {
-        let opened = File::open(&path)?;
-        // Some systems open a folder without an error.
-        if opened.metadata()?.is_dir() {
-            Err(std::io::ErrorKind::IsADirectory.into())
-        } else {
-            Ok(opened)
-        }
-    };
-    let opened = open().map_err(|error: std::io::Error| {
+    let opened = open(&path).map_err(|error: std::io::Error| {
         let message = format!("cannot read `{}`: {error}", path.display());
         let fault = Fault::new(ErrorCode::InvalidFile, "", message);
         match near(&path, |_| true) {
