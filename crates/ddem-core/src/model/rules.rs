@@ -4,7 +4,11 @@ use std::fmt::Display;
 
 use crate::error::{ErrorCode, Fault, RunError};
 
-/// Rule for a number. The number must also be finite.
+/// Largest size of any number. No quantity of rock mechanics comes near it in SI units, and products
+/// of a few such numbers do not overflow.
+const LARGEST: f64 = 1e30;
+
+/// Rule for a number, whose size must also be at most 1e30.
 #[derive(Clone, Copy, Debug)]
 pub enum Rule {
     /// Any number.
@@ -76,7 +80,12 @@ impl Faults {
             self.add(ErrorCode::OutOfRange, place, message);
             return false;
         }
-        let Some(rule) = rule.broken(value) else { return true };
+        let size = match value.is_sign_negative() {
+            _ if value.abs() <= LARGEST => None,
+            true => Some(format!("at least {:e}", -LARGEST)),
+            false => Some(format!("at most {LARGEST:e}")),
+        };
+        let Some(rule) = rule.broken(value).or(size) else { return true };
         let message = format!("`{key}` is {} but must be {rule}", shown(value));
         self.add(ErrorCode::OutOfRange, place, message);
         false
@@ -96,7 +105,7 @@ impl Faults {
         held
     }
 
-    /// Checks that all numbers of a list are finite.
+    /// Checks that all numbers of a list are finite and not too large.
     pub fn finite(&mut self, place: impl Display, values: &[f64]) -> bool {
         self.numbers(place, values, Rule::Any)
     }
