@@ -32,6 +32,7 @@ fn folder(error: &FolderError) -> &'static str {
         FolderError::InUse { .. } => ": wait until it has finished or give another --out",
         FolderError::DeckChanged { .. } => ": restore it, or run without --resume to start over",
         FolderError::NotWritable { source } => match room(source) {
+            "" if source.is_beyond_limit() => "",
             "" => ": give another --out",
             more => more,
         },

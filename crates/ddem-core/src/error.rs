@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 pub use advice::counted;
 pub(crate) use advice::numbered;
-use advice::{after, block_too_fast, deep_penetration, hint, moving, named, stiff, thicker};
+use advice::{after, block_too_fast, deep_penetration, hint, less_rounding, moving, named, stiff};
 pub use code::ErrorCode;
 
 /// A block that still moves when a stage fails.
@@ -294,8 +294,8 @@ pub enum RunError {
     /// Rounding keeps the unbalanced ratio above the tolerance.
     #[error(
         "the unbalanced ratio stays at {ratio:.1e}, above the tolerance {tolerance:.1e}: the rest is rounding, most of \
-         it at block {block}{}; use a tolerance of {:.0e}{} [{}]",
-        stiff(joint.as_ref(), *force, *far), 3.0 * ratio, thicker(joint.as_ref(), ratio / tolerance, *far),
+         it at block {block}{}; {} [{}]",
+        stiff(joint.as_ref(), *force, *far), less_rounding(*ratio, *tolerance, joint.as_ref(), *far),
         ErrorCode::UnreachableTolerance
     )]
     UnreachableTolerance {

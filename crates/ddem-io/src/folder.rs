@@ -351,12 +351,16 @@ fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> 
     Ok(Some(if leads_there { near } else { kept }))
 }
 
-/// Checks that the folder can be written to by writing a file; permissions do not show it.
+/// Checks that the folder can be written to by writing a file; permissions do not show it. A run that is killed here
+/// leaves the file, which the next run removes.
 fn try_writing(folder: &Path) -> Result<(), FolderError> {
-    let path = folder.join(format!(".ddem-{}.part", std::process::id()));
-    File::create(&path)
-        .and_then(|_| fs::remove_file(&path))
-        .map_err(|e| not_writable(folder, "writing to", e))
+    let path = folder.join(".ddem.part");
+    let written = File::create(&path).and_then(|_| match fs::remove_file(&path) {
+        // Another run that begins at the same time has removed it.
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
+        removed => removed,
+    });
+    written.map_err(|e| not_writable(folder, "writing to", e))
 }
 
 fn remove_results(folder: &Path) -> Result<(), FolderError> {

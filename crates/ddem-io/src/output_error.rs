@@ -1,5 +1,6 @@
 //! Errors of writing or reading results.
 
+use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -25,6 +26,20 @@ pub enum OutputError {
         /// The error of the system.
         source: Cause,
     },
+    /// The file or its folder was removed or renamed during the run.
+    #[error(
+        "{operation} {} failed: the file or its folder is no longer there: run the deck again, and leave both in their \
+         place [{}]",
+        path.display(), ErrorCode::FileAccess
+    )]
+    Gone {
+        /// The file.
+        path: PathBuf,
+        /// Operation, as in `writing`.
+        operation: &'static str,
+        /// The error of the system.
+        source: Cause,
+    },
     /// Another program holds the file.
     #[error(
         "{operation} {} failed: another program holds the file; close it there [{}]",
@@ -39,7 +54,10 @@ pub enum OutputError {
         source: Cause,
     },
     /// The system reported an error.
-    #[error("{operation} {} failed: {error} [{}]", path.display(), ErrorCode::FileAccess)]
+    #[error(
+        "{operation} {} failed: {error}{} [{}]",
+        path.display(), advice(operation, error), ErrorCode::FileAccess
+    )]
     Io {
         /// The file.
         path: PathBuf,
@@ -49,7 +67,10 @@ pub enum OutputError {
         error: io::Error,
     },
     /// The HDF5 library, or the CSV or JSON reader, reported an error.
-    #[error("{operation} {} failed: {error} [{}]", path.display(), ErrorCode::FileAccess)]
+    #[error(
+        "{operation} {} failed: {error}{} [{}]",
+        path.display(), advice(operation, error), ErrorCode::FileAccess
+    )]
     Format {
         /// The file.
         path: PathBuf,
@@ -91,6 +112,7 @@ impl OutputError {
     pub fn path(&self) -> &Path {
         match self {
             Self::DiskFull { path, .. }
+            | Self::Gone { path, .. }
             | Self::Busy { path, .. }
             | Self::Io { path, .. }
             | Self::Format { path, .. }
@@ -111,11 +133,19 @@ impl OutputError {
         }
     }
 
+    /// True if a file would be larger than the system allows this program to write.
+    pub fn is_beyond_limit(&self) -> bool {
+        matches!(self, Self::Io { error, .. } if error.kind() == io::ErrorKind::FileTooLarge)
+    }
+
     pub(crate) fn io(path: &Path, operation: &'static str, source: io::Error) -> Self {
         let path = path.to_owned();
         match source.kind() {
             io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => {
                 Self::DiskFull { path, operation, source: source.into() }
+            }
+            io::ErrorKind::NotFound if WRITING.contains(&operation) => {
+                Self::Gone { path, operation, source: source.into() }
             }
             _ => Self::Io { path, operation, error: source },
         }
@@ -129,6 +159,9 @@ impl OutputError {
         let path = path.to_owned();
         let words = all_frames(&source);
         let has = |word: &str| words.contains(word);
+        if has("errno = 2,") && WRITING.contains(&operation) {
+            return Self::Gone { path, operation, source: source.into() };
+        }
         if has("No space left") || has("errno = 28,") || has("quota exceeded") {
             Self::DiskFull { path, operation, source: source.into() }
         } else if has("unable to lock file") {
@@ -139,12 +172,10 @@ impl OutputError {
     }
 
     pub(crate) fn csv(path: &Path, operation: &'static str, source: csv::Error) -> Self {
+        let words = source.to_string();
         match source.into_kind() {
             csv::ErrorKind::Io(source) => Self::io(path, operation, source),
-            kind => {
-                let words = format!("{kind:?}");
-                Self::Format { path: path.to_owned(), operation, error: words.into() }
-            }
+            _ => Self::Format { path: path.to_owned(), operation, error: words.into() },
         }
     }
 
@@ -154,6 +185,20 @@ impl OutputError {
 
     pub(crate) fn mismatch(path: &Path, message: impl Into<String>) -> Self {
         Self::Mismatch { path: path.to_owned(), message: message.into() }
+    }
+}
+
+/// Operations of a run, whose folder was there when it began.
+const WRITING: [&str; 4] = ["writing", "saving", "replacing", "copying"];
+
+/// Advice on a failed operation. Only a run that is resumed reopens its files.
+fn advice(operation: &str, error: &impl Display) -> &'static str {
+    if error.to_string().contains("File too large") {
+        ": raise the limit on the size of files (`ulimit -f`)"
+    } else if operation == "reopening" {
+        ": restore the file, or run from the start"
+    } else {
+        ""
     }
 }
 

@@ -42,6 +42,15 @@ pub(crate) fn with_room(
     give_back(path, end).map_err(io)
 }
 
+/// Checks that the disk, and the limit of the size of files, have room for a new file that HDF5 will write at `part`, in
+/// place of `path`. HDF5 does not survive a file whose first bytes it cannot write: closing it ends the program.
+pub(crate) fn check(part: &Path, path: &Path, bytes: u64) -> Result<(), OutputError> {
+    let emptied = |file: File| file.set_len(0);
+    reserve(part, bytes)
+        .and_then(|()| File::options().write(true).open(part).and_then(emptied))
+        .map_err(|e| OutputError::io(path, "writing", e))
+}
+
 /// Cuts a file at its end.
 fn give_back(path: &Path, end: u64) -> io::Result<()> {
     let file = File::options().write(true).open(path)?;

@@ -237,8 +237,10 @@ impl Summary {
     pub fn read(path: impl AsRef<Path>) -> Result<Self, OutputError> {
         let path = path.as_ref();
         let text = fs::read(path).map_err(|e| OutputError::io(path, "reading", e))?;
-        serde_json::from_slice(&text)
-            .map_err(|e| OutputError::unusable(path, format!("not a summary of a run ({e})")))
+        serde_json::from_slice(&text).map_err(|e| {
+            let message = format!("not a summary of a run ({e}): run the deck again");
+            OutputError::unusable(path, message)
+        })
     }
 }
 

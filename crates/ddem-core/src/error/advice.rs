@@ -51,19 +51,34 @@ pub(super) fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>)
     format!("{what}, where rounding of a displacement causes {force:.0e} N")
 }
 
-/// Change to a joint, or to the position of the model, that would reduce the ratio by a factor of
-/// `missing`.
-pub(super) fn thicker(joint: Option<&(String, f64)>, missing: f64, far: Option<f64>) -> String {
-    if far.is_some() {
-        return ", or move the model nearer to the origin".to_owned();
-    }
-    // A change by a larger factor would make it a different joint.
-    let some = joint.filter(|_| missing < 1e4);
-    let Some((_, thickness)) = some else { return String::new() };
-    match thickness {
-        0.0 => format!(", or make the springs of this joint {:.0e} times as soft", 3.0 * missing),
-        _ => format!(", or make this joint {:.0e} m thick", 3.0 * missing * thickness),
-    }
+/// Largest tolerance that still gives a useful equilibrium.
+const LOOSEST: f64 = 0.01;
+/// Distance from the origin `[m]` beyond which a model is far away.
+const FAR: f64 = 100.0;
+
+/// Ways to an unbalanced `ratio` below the tolerance: a larger tolerance, a place nearer to the origin,
+/// or another joint.
+pub(super) fn less_rounding(
+    ratio: f64,
+    tolerance: f64,
+    joint: Option<&(String, f64)>,
+    far: Option<f64>,
+) -> String {
+    let missing = 3.0 * ratio / tolerance;
+    let joint = match (far, joint) {
+        (Some(far), _) if far > FAR => Some("move the model nearer to the origin".to_owned()),
+        (Some(_), _) => Some("make the stiffest joints and contacts softer".to_owned()),
+        // A change by a larger factor would make it a different joint.
+        (None, Some((_, thickness))) if missing < 3e4 => Some(match thickness {
+            0.0 => format!("make the springs of this joint {missing:.0e} times as soft"),
+            _ => format!("make this joint {:.0e} m thick", missing * thickness),
+        }),
+        _ => None,
+    };
+    let tolerance = 3.0 * ratio;
+    let tolerance = (tolerance < LOOSEST).then(|| format!("use a tolerance of {tolerance:.0e}"));
+    let ways: Vec<String> = tolerance.into_iter().chain(joint).collect();
+    if ways.is_empty() { "make the stiffest joints softer".to_owned() } else { ways.join(", or ") }
 }
 
 /// Fastest block of an unfinished relaxation.

@@ -68,6 +68,22 @@ pub(super) fn create(
     Ok(())
 }
 
+/// Bytes that a file without steps takes at most.
+pub(super) fn room(mesh: Option<(&Grid, &[Constant<'_>])>, n_fields: usize) -> u64 {
+    let (points, cells, corners, constants) = mesh.map_or((0, 0, 0, 0), |(grid, constants)| {
+        let values = constants.iter().map(|constant| constant.values.len()).sum::<usize>();
+        (grid.points.len(), grid.cells.len(), grid.cells.shape().0, values)
+    });
+    let numbers = 3 * points + (corners + 2) * cells + constants;
+    let arrays = COUNTS.len() + STEP_CONSTANTS.len() + ARRAYS + 2 * n_fields;
+    // The last chunk of an array may be in part empty.
+    (2 * size_of::<f64>() * numbers + ARRAY_BYTES * arrays) as u64
+}
+
+/// Number of arrays and groups of a file beside those of its fields, and bytes of the description of each.
+const ARRAYS: usize = 16;
+const ARRAY_BYTES: usize = 4096;
+
 /// Creates the groups of the arrays and the index of the steps; returns the group `Steps`.
 fn begin(root: &Group) -> Result<Group> {
     let steps = root.create_group("Steps")?;

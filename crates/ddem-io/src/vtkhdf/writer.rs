@@ -11,7 +11,7 @@ use super::data::{self, Cells, Constant, FieldSpec, Grid, Location, NumberType};
 use crate::hdf::{cut, mend_length, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
-use crate::room::with_room;
+use crate::room::{self, with_room};
 
 /// Numbers of a point of a cloud: its place, connectivity, offset and type.
 const POINT_NUMBERS: usize = 6;
@@ -99,6 +99,7 @@ impl Writer {
     fn created(self, mesh: Option<(&Grid, &[Constant<'_>])>) -> Result<Self, OutputError> {
         // A process that is killed now must not leave half a file under the name of the results.
         replace::replace(&self.path, |part| {
+            room::check(part, &self.path, create::room(mesh, self.fields.len()))?;
             with_file(part, OpenMode::Create, "writing", |file| {
                 create::create(file, mesh, &self.fields)
                     .map_err(|e| OutputError::hdf5(&self.path, "writing", e))
