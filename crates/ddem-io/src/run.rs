@@ -3,6 +3,7 @@
 mod drive;
 mod failure;
 mod files;
+mod given_steps;
 mod mesh;
 mod moved;
 mod open_stage;

@@ -189,6 +189,38 @@ fn unstable_time_step_is_refused_before_any_output() {
     }
 }
 
+/// Blocks a hundred times as stiff have a tenth of the critical step. The stage in which they become so is checked
+/// before anything runs, and one in which they are no longer so is not refused.
+#[test]
+fn time_steps_are_checked_with_the_materials_of_their_stage() {
+    let deck = |entry: &str| {
+        let stages =
+            SHAKE.to_owned() + "[[stage]]\nname = 'later'\nkind = 'dynamic'\nduration = 0.01\n";
+        let hard = "[materials.hard]\ndensity = 2400\nyoung = 18e11\npoisson = 0.25\n[[assign]]\nmaterial = 'hard'\n";
+        let column = COLUMN.replace("joint = 'seam'\n", "").replace("count = [1, 1, 3]\n", "");
+        format!("{column}{hard}{entry}\n{stages}")
+    };
+    let desk = Desk::new();
+    let check = |text: &str| {
+        desk.write("column.toml", text);
+        desk.run("column.toml --check")
+    };
+    let number = |text: &str, before: &str| {
+        let rest = text.split(before).nth(1).unwrap_or_else(|| panic!("{before}: {text}"));
+        rest.trim_start().split(' ').next().unwrap().parse::<f64>().unwrap()
+    };
+    let soft = number(&check(&deck("from = 'later'")).stdout, "critical step");
+    let given = format!("time_step = {:e}", 0.5 * soft);
+    let later = check(&(deck("from = 'later'") + &given));
+    assert_eq!(later.status, Some(2), "{}", later.stdout);
+    assert!(later.stderr.contains("stage[1].time_step"), "{}", later.stderr);
+    let hard = number(&later.stderr, "exceeds the critical time step, ");
+    assert!((10.0 * hard / soft - 1.0).abs() < 1e-5, "{hard} {soft}");
+    // The soft stage, which is the first one, comes last.
+    let until = check(&(deck("until = 'later'") + &given));
+    assert_eq!(until.status, Some(0), "{}", until.stderr);
+}
+
 #[test]
 fn run_is_no_command() {
     let desk = Desk::with(&[SHAKE]);

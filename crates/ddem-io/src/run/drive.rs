@@ -8,10 +8,11 @@ use ddem_deck::lint::{Code, Diagnostic};
 use ddem_deck::{Deck, Source, Stage, StageKind};
 
 use super::files::nudge;
+use super::given_steps::check_all_steps;
 use super::moved::MovedBy;
 use super::profile::StageTimer;
 use super::record::Recorder;
-use super::report::{Built, available_memory, check_steps, located, prepare, report};
+use super::report::{Built, available_memory, located, prepare, report};
 use super::resume::{self, Resumed};
 use super::safety::search;
 use super::session::Session;
@@ -91,7 +92,7 @@ impl<'a> Drive<'a> {
         } else {
             let mut started = Simulation::with_simd(model, options.simd);
             started.stop_when(observer.stop_flag());
-            check_steps(&mut started, &deck.stage).map_err(|failure| located(failure, source))?;
+            check_all_steps(&mut started, deck).map_err(|failure| located(failure, source))?;
             // All checks have passed; only now are files written.
             folder = open()?;
             if resume {

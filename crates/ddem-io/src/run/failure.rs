@@ -132,11 +132,7 @@ impl RunFailure {
             | Self::Memory { .. }
             | Self::Threads { .. }
             | Self::Checkpoint { .. }
-            | Self::Recorded { .. }
-            | Self::Stage {
-                error: RunError::UnstableTimeStep { .. } | RunError::TooShort { .. },
-                ..
-            } => 2,
+            | Self::Recorded { .. } => 2,
             Self::Stage { .. } | Self::Output(_) | Self::Internal { .. } => 1,
         }
     }

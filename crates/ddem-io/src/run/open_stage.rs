@@ -9,8 +9,8 @@ use ddem_core::{ErrorCode, Fault, ModelError, RunError, Simulation};
 use ddem_deck::lint::{Code, Diagnostic, load_at_rest};
 use ddem_deck::{BuiltDeck, Stage, StageKind};
 
+use super::given_steps::{check_steps, unsafe_steps};
 use super::moved::MovedBy;
-use super::report::{check_steps, unsafe_steps};
 use super::session::Session;
 use super::stage::{Halt, Running, StageProgress};
 use super::tracker::{StatusFile, StatusWriter};

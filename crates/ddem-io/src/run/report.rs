@@ -2,16 +2,14 @@
 
 use std::fmt;
 
-use ddem_core::{ChargeSize, ErrorCode, Fault, Model, ModelError, SHORTEST_STEP, Simulation};
-use ddem_deck::lint::{Code, Diagnostic};
-use ddem_deck::{
-    BuiltDeck, Deck, DeckError, Interface, Selection, Size, Source, Stage, StageKind, TimeStep,
-};
+use ddem_core::{ChargeSize, ErrorCode, Fault, Model, ModelError, Simulation};
+use ddem_deck::lint::Diagnostic;
+use ddem_deck::{BuiltDeck, Deck, DeckError, Interface, Selection, Size, Source, Stage, StageKind};
 
 use super::RunFailure;
+use super::given_steps::{check_all_steps, unsafe_steps};
 use super::plan::{Plan, estimate, plans};
 use super::probe::Sampler;
-use super::warnings::stage_place;
 use crate::summary::{AddedInertia, TimeStepLimit, WorstElement};
 
 /// Size of a model and estimates of its run.
@@ -57,9 +55,6 @@ pub struct Report {
     /// Warnings.
     pub warnings: Vec<Diagnostic>,
 }
-
-/// Largest number of steps of a stage: about thirty years at a microsecond a step.
-const MOST_STEPS: f64 = 1e15;
 
 /// Number of bytes as text.
 pub(crate) fn bytes(n: u64) -> String {
@@ -130,7 +125,7 @@ impl fmt::Display for Report {
 pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
     let Built { site, model, samplers } = prepare(deck, source, available_memory())?;
     let mut simulation = Simulation::new(model);
-    check_steps(&mut simulation, &deck.stage).map_err(|failure| located(failure, source))?;
+    check_all_steps(&mut simulation, deck).map_err(|failure| located(failure, source))?;
     let mut report = report(&site, &mut simulation, &samplers);
     report.critical_step = simulation.critical_step().unwrap_or(f64::NAN);
     report.limit = limit(&mut simulation, deck);
@@ -205,7 +200,7 @@ pub(super) fn build(deck: &Deck, available: u64) -> Result<Built, RunFailure> {
     if let Some(fault) = deck.beyond_memory(available)? {
         return Err(ModelError::from(fault).into());
     }
-    let site = BuiltDeck::new(deck)?;
+    let site = BuiltDeck::within(deck, available)?;
     let model = site.model();
     refuse(grown(size, &model), available)?;
     let probes = deck.probe.iter().enumerate();
@@ -216,71 +211,6 @@ pub(super) fn build(deck: &Deck, available: u64) -> Result<Built, RunFailure> {
         return Err(ModelError { faults }.into());
     }
     Ok(Built { site, model, samplers: samplers.into_iter().flatten().collect() })
-}
-
-/// Checks given time steps and durations against the critical time step before anything is written.
-pub(super) fn check_steps(simulation: &mut Simulation, stages: &[Stage]) -> Result<(), RunFailure> {
-    let dynamic = |stage: &Stage| stage.kind == StageKind::Dynamic;
-    if !stages.iter().any(dynamic) {
-        return Ok(());
-    }
-    let critical = simulation.critical_step().map_err(|_| RunFailure::Stopped)?;
-    if !(critical.is_finite() && critical > 0.0) {
-        let message = "densities or moduli are far out of range: no time step is stable";
-        return Err(
-            ModelError::from(Fault::new(ErrorCode::NoCriticalStep, "materials", message)).into()
-        );
-    }
-    let mut faults = Vec::new();
-    for (index, stage) in stages.iter().enumerate().filter(|(_, stage)| dynamic(stage)) {
-        let critical = stage.damping.unwrap_or_default().stable_step(critical);
-        if let Some(TimeStep::Seconds(step)) = stage.time_step
-            && step > critical
-        {
-            let message = format!(
-                "`time_step` is {step:e} s and exceeds the critical time step, {critical:.6e} s"
-            );
-            faults.push(
-                Fault::new(
-                    ErrorCode::UnstableTimeStep,
-                    format!("stage[{index}].time_step"),
-                    message,
-                )
-                .help(format!("at most {critical:.4e}, or \"auto\" for 0.9 of it")),
-            );
-        }
-        let given = match stage.time_step {
-            Some(TimeStep::Seconds(step)) => Some(step),
-            _ => None,
-        };
-        for (key, seconds) in [("time_step", given), ("duration", stage.duration)] {
-            if let Some(seconds) = seconds.filter(|seconds| *seconds < SHORTEST_STEP * critical) {
-                let message = format!(
-                    "`{key}` is {seconds:e} s, less than a billionth of the critical time step, {critical:.3e} s"
-                );
-                let help = "is it in seconds?";
-                faults.push(
-                    Fault::new(
-                        ErrorCode::UnstableTimeStep,
-                        format!("stage[{index}].{key}"),
-                        message,
-                    )
-                    .help(help),
-                );
-            }
-        }
-        let steps = stage.duration.unwrap_or(0.0) / critical;
-        if steps > MOST_STEPS {
-            let message = format!(
-                "the stage needs {steps:.1e} steps of the critical time step, {critical:.3e} s"
-            );
-            faults.push(
-                Fault::new(ErrorCode::TooLarge, format!("stage[{index}].duration"), message)
-                    .help("is the duration in seconds?"),
-            );
-        }
-    }
-    if faults.is_empty() { Ok(()) } else { Err(ModelError { faults }.into()) }
 }
 
 /// Size, critical step and stages of a model.
@@ -333,32 +263,6 @@ pub(super) fn report(
 pub(super) fn limit(simulation: &mut Simulation, deck: &Deck) -> Option<TimeStepLimit> {
     let limit = simulation.step_limit().ok()??;
     Some(TimeStepLimit::new(limit, simulation.model(), deck))
-}
-
-/// Warnings about given time steps that are stable only until joints fail.
-pub(super) fn unsafe_steps(
-    deck: &Deck,
-    simulation: &mut Simulation,
-    stages: &[Stage],
-) -> Vec<Diagnostic> {
-    let given = stages.iter().filter(|stage| stage.kind == StageKind::Dynamic);
-    let given = given.filter_map(|stage| match stage.time_step {
-        Some(TimeStep::Seconds(step)) => Some((stage, step)),
-        _ => None,
-    });
-    let mut warnings = Vec::new();
-    for (stage, step) in given {
-        let Ok(safe) = simulation.safe_step() else { break };
-        let safe = stage.damping.unwrap_or_default().stable_step(safe);
-        if simulation.model().can_fail() && step > safe {
-            let message =
-                format!("once joints have failed, a time step of {step:e} s may create energy");
-            let at = format!("{}.time_step", stage_place(deck, stage));
-            let help = format!("up to {safe:.3e} s is safe");
-            warnings.push(Diagnostic::warning(Code::UnsafeTimeStep, at, message, help));
-        }
-    }
-    warnings
 }
 
 /// Memory that this process can still allocate `[bytes]`.
