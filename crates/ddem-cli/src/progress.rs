@@ -5,8 +5,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use ddem_core::{FastestBlock, SafetyTrial, Verdict};
-use ddem_io::run::{Event, Observer, Progress, Report};
+use ddem_core::{FastestBlock, SafetyTrial, TrialProgress, Verdict};
+use ddem_io::run::{Event, Observer, Progress, Report, SearchProgress};
 use ddem_io::summary::StageSummary;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -125,13 +125,21 @@ impl Watcher {
         match self.screen.mode {
             ProgressMode::Live => {
                 let part = self.first.map_or(0.0, |first| progress.part(first));
-                self.screen.bar.set_message(figures(progress).join("  "));
+                self.screen.bar.set_message(match &progress.search {
+                    Some(search) => trials(search, progress.tolerance).join("  "),
+                    None => figures(progress).join("  "),
+                });
                 self.screen.bar.set_position((part * LENGTH as f64) as u64);
             }
             ProgressMode::Lines if self.written.elapsed() >= EVERY => {
                 self.written = Instant::now();
-                let figures = figures(progress).join(", ");
-                self.screen.line(&format!("{}: step {figures}", label(progress)));
+                let lines = match &progress.search {
+                    Some(search) => trials(search, progress.tolerance),
+                    None => vec![format!("step {}", figures(progress).join(", "))],
+                };
+                for line in lines {
+                    self.screen.line(&format!("{}: {line}", label(progress)));
+                }
             }
             ProgressMode::Lines | ProgressMode::Quiet => {}
         }
@@ -254,8 +262,31 @@ fn figures(progress: &Progress) -> Vec<String> {
     figures
 }
 
+/// Line on each trial that runs.
+fn trials(search: &SearchProgress, tolerance: f64) -> Vec<String> {
+    let line = |running: &TrialProgress| {
+        let TrialProgress { trial, factor, step, unbalanced } = running;
+        let unbalanced = ratio(unbalanced.unwrap_or(f64::NAN));
+        format!(
+            "trial {trial} of at most {}, strengths / {factor:.4}: step {step}, unbalanced {unbalanced} → {tolerance:e}",
+            search.most
+        )
+    };
+    search.running.iter().map(line).collect()
+}
+
 /// Line at the start of a stage.
 fn beginning(progress: &Progress) -> String {
+    if let Some(SearchProgress { done, most, .. }) = &progress.search {
+        let known = match done {
+            0 => String::new(),
+            done => format!(", of which {done} are done"),
+        };
+        return format!(
+            "{}: search for the factor of safety, at most {most} trials{known}",
+            label(progress)
+        );
+    }
     let what = if progress.relax {
         format!("relaxation to an unbalanced ratio of {:e}", progress.tolerance)
     } else {

@@ -62,7 +62,12 @@ fn meant(near: Option<&Path>) -> String {
 /// Summary of the run in a folder, as text.
 pub(crate) fn info(folder: &Path) -> Result<String, NoResults> {
     let path = summary_path(folder)?;
-    Ok(Summary::read(path)?.to_string())
+    Ok(printable(&Summary::read(path)?.to_string()))
+}
+
+/// Text without characters that a terminal obeys: another program may have written the file.
+pub(crate) fn printable(text: &str) -> String {
+    text.replace(|letter: char| letter.is_control() && !matches!(letter, '\n' | '\t'), "\u{fffd}")
 }
 
 /// Path of the summary in a folder of results.

@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use ddem_core::{FastestBlock, counted};
+use ddem_core::{FastestBlock, TrialProgress, counted};
 use ddem_io::serde_json;
 use ddem_io::status::{FolderStatus, LastFrame, RunStatus, StageReport, StatusKind};
 
@@ -29,7 +29,7 @@ pub(crate) fn status(arguments: &StatusArguments) -> Result<String, NoResults> {
     let Some(status) = FolderStatus::read(folder)? else {
         return Err(NoResults::NoStatus { folder: folder.clone() });
     };
-    Ok(if *json { line("status", &status) } else { text(&status) })
+    Ok(if *json { line("status", &status) } else { results::printable(&text(&status)) })
 }
 
 /// Line of JSON with the kind of its event.
@@ -65,7 +65,15 @@ fn text(status: &FolderStatus) -> String {
         &format!("`{}` ({}/{}), {}", report.stage, report.number, report.stages, report.kind),
     );
     say("progress", &progress(report));
-    if let Some(unbalanced) = report.unbalanced {
+    for TrialProgress { trial, factor, step, unbalanced } in &report.running {
+        let goal = report.tolerance.map_or_else(String::new, |goal| format!(" → {goal:e}"));
+        let unbalanced = ratio(unbalanced.unwrap_or(f64::NAN));
+        say(
+            &format!("trial {trial}"),
+            &format!("strengths / {factor:.4}, step {step}, unbalanced {unbalanced}{goal}"),
+        );
+    }
+    if let (Some(unbalanced), None) = (report.unbalanced, report.trials) {
         let goal = report.tolerance.map_or_else(String::new, |goal| format!(" → {goal:e}"));
         say("unbalanced", &format!("{}{goal}", ratio(unbalanced)));
     }
@@ -120,7 +128,7 @@ fn progress(report: &StageReport) -> String {
         parts.push(format!("{:.0} %", 100.0 * part));
     }
     match (report.trials, report.most_trials, report.steps) {
-        (Some(done), Some(most), _) => parts.push(format!("trial {done} of at most {most}")),
+        (Some(done), Some(most), _) => parts.push(format!("{done} of at most {most} trials")),
         (_, _, Some(steps)) => parts.push(format!("step {} of {steps}", report.step)),
         _ => parts.push(format!("step {}", report.step)),
     }
@@ -145,6 +153,14 @@ mod tests {
             progress: Some(0.25),
             trials: Some(3),
             most_trials: Some(12),
+            running: vec![TrialProgress {
+                trial: 4,
+                factor: 1.25,
+                step: 1234,
+                unbalanced: Some(3.2e-4),
+            }],
+            unbalanced: Some(3.2e-4),
+            tolerance: Some(1e-5),
             failed_pairs: 1,
             contacts: 2,
             fastest: Some(FastestBlock { block: 7, set: "slope".to_owned(), speed: 0.25 }),

@@ -1,7 +1,7 @@
 //! `checkpoint.h5`: the state of a run, with which it resumes bit for bit.
 //!
 //! ```text
-//! /         attributes format = "ddem checkpoint", version = 10, and the version of ddem
+//! /         attributes format = "ddem checkpoint", version = 11, and the version of ddem
 //! /deck     the text of the deck
 //! /run      progress of the run and its files
 //! /state    the simulation
@@ -22,12 +22,13 @@ use self::seal::Seal;
 use crate::hdf::{origin, scalar_attribute, with_file, word_attribute};
 use crate::output_error::OutputError;
 use crate::replace::replace;
+use crate::room;
 
 /// Format name, which identifies checkpoints of ddem.
 const FORMAT: &[u8; 15] = b"ddem checkpoint";
 
 /// Version of the format, which grows when older files can no longer be read.
-const VERSION: u64 = 10;
+const VERSION: u64 = 11;
 
 /// Message about a path that is not a file.
 const FOLDER: &str = "it is a folder: give the file, such as checkpoint.h5";
@@ -85,6 +86,9 @@ pub fn stream(
         store(file, "state", size, &state)
     };
     replace(path, |part| {
+        // The last chunk of each of the three may be in part empty.
+        let bytes = deck.len() + run.len() + size + 3 * CHUNK;
+        room::check(part, path, bytes as u64)?;
         with_file(part, OpenMode::Create, "saving", |file| {
             fill(file).map_err(|e| OutputError::hdf5(path, "saving", e))
         })?;

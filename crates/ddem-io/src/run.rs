@@ -34,7 +34,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use ddem_core::{FastestBlock, Simd};
+use ddem_core::{FastestBlock, Simd, TrialProgress};
 use ddem_deck::lint::Diagnostic;
 
 use crate::folder::Earlier;
@@ -78,17 +78,17 @@ pub struct Progress {
     pub stage: String,
     /// Number of the stage, from 0, and number of stages.
     pub stage_index: (usize, usize),
-    /// True in relaxation, false in motion.
+    /// True in relaxation and in a search for the factor of safety, false in motion.
     pub relax: bool,
-    /// Steps of this stage so far.
+    /// Steps of this stage so far; in a search those of all trials.
     pub step: u64,
     /// Steps that the stage will take; in relaxation the largest number.
     pub steps: u64,
     /// Simulated time `[s]`.
     pub time: f64,
-    /// Unbalanced force ratio.
+    /// Unbalanced force ratio; in a search the largest of the trials that run.
     pub unbalanced: f64,
-    /// Unbalanced ratio at which relaxation ends.
+    /// Unbalanced ratio at which relaxation, or a trial, ends.
     pub tolerance: f64,
     /// Failed pairs.
     pub failed_pairs: u64,
@@ -100,6 +100,19 @@ pub struct Progress {
     pub updates_per_second: f64,
     /// Wall time left in the stage `[s]`, if it can be estimated.
     pub seconds_left: Option<f64>,
+    /// Trials of a search for the factor of safety.
+    pub search: Option<SearchProgress>,
+}
+
+/// Progress of a search for the factor of safety.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SearchProgress {
+    /// Number of trials that are done.
+    pub done: u64,
+    /// Largest number of trials.
+    pub most: u64,
+    /// Trials that run, in their order.
+    pub running: Vec<TrialProgress>,
 }
 
 /// Event of a run.

@@ -8,7 +8,7 @@ use std::fs;
 use std::path::Path;
 use std::time::Duration;
 
-use ddem_core::FastestBlock;
+use ddem_core::{FastestBlock, TrialProgress};
 use ddem_deck::{Stage, StageKind};
 use serde::{Deserialize, Serialize};
 
@@ -47,7 +47,7 @@ pub struct StageReport {
     pub kind: String,
     /// Part of the stage that is done, from 0 to 1; in a relaxation digits of the unbalanced ratio, in a search trials.
     pub progress: Option<f64>,
-    /// Steps of the stage so far; in a search those of complete trials.
+    /// Steps of the stage so far; in a search those of all trials.
     pub step: u64,
     /// Steps that a dynamic stage will take.
     pub steps: Option<u64>,
@@ -55,6 +55,9 @@ pub struct StageReport {
     pub trials: Option<u64>,
     /// Largest number of trials of the search.
     pub most_trials: Option<u64>,
+    /// Trials of the search that run.
+    #[serde(default)]
+    pub running: Vec<TrialProgress>,
     /// Simulated time `[s]`.
     pub time: f64,
     /// Unbalanced force ratio.

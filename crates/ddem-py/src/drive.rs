@@ -138,6 +138,7 @@ pub(crate) fn steps(
             fastest: None,
             updates_per_second: rate * simulation.model().n_nodes() as f64,
             seconds_left: None,
+            search: None,
         });
     }
     Ok(())

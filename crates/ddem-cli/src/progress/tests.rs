@@ -17,6 +17,7 @@ fn relaxing(unbalanced: f64) -> Progress {
         fastest: None,
         updates_per_second: 48.23e6,
         seconds_left: Some(80.0),
+        search: None,
     }
 }
 
@@ -117,4 +118,22 @@ fn rates_and_times_are_short() {
         shown,
         [Some("0.3 s"), Some("1 min 0 s"), Some("1 h 2 min"), Some("1 d 1 h"), None, None]
     );
+}
+
+#[test]
+fn search_shows_the_trials_that_run() {
+    let trial =
+        |trial, factor| TrialProgress { trial, factor, step: 1234, unbalanced: Some(3.2e-4) };
+    let running = vec![trial(3, 1.4422), TrialProgress { unbalanced: None, ..trial(4, 2.0801) }];
+    let search = SearchProgress { done: 2, most: 16, running };
+    let progress = Progress { search: Some(search.clone()), ..relaxing(3.2e-4) };
+    insta::assert_snapshot!(
+        beginning(&progress),
+        @"load (1/2): search for the factor of safety, at most 16 trials, of which 2 are done"
+    );
+    insta::assert_snapshot!(trials(&search, 1e-5).join("\n"), @r"
+    trial 3 of at most 16, strengths / 1.4422: step 1234, unbalanced 3.2e-4 → 1e-5
+    trial 4 of at most 16, strengths / 2.0801: step 1234, unbalanced – → 1e-5
+    ");
+    assert_eq!(progress.part(1.0), 0.125);
 }

@@ -12,6 +12,7 @@ mod kills;
 mod messages;
 mod pictures;
 mod runs;
+mod searches;
 mod status;
 mod templates;
 mod verdicts;

@@ -6,7 +6,7 @@ use super::harness::*;
 
 /// Deck of a block on a plane of 30 degrees, with a friction angle and the keys of its first stage.
 /// Gravity is rotated instead of the plane.
-fn slope(friction: f64, stage: &str) -> String {
+pub(super) fn slope(friction: f64, stage: &str) -> String {
     format!(
         "
 [model]

@@ -5,6 +5,7 @@
 //! It is stable if it comes to rest. Two trials at once divide the remaining bracket in three equal
 //! ratios.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
@@ -37,6 +38,32 @@ pub struct SafetyTrial {
     /// Number of steps of the trial.
     pub steps: u64,
 }
+
+/// Progress of a trial that runs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct TrialProgress {
+    /// Number of the trial, from 1, in the order in which the search tries factors.
+    pub trial: u64,
+    /// Divisor of the strengths at its end; they are reduced in parts.
+    pub factor: f64,
+    /// Steps so far.
+    pub step: u64,
+    /// Unbalanced force ratio, if any force is applied.
+    pub unbalanced: Option<f64>,
+}
+
+/// News of a search, on the thread of a trial.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub enum SearchNews<'a> {
+    /// A trial has taken a step.
+    Step(&'a TrialProgress),
+    /// A trial is done.
+    Trial(&'a SafetyTrial),
+}
+
+/// Callback for the news of a search; it stops the search by a break.
+pub type TellSearch<'a> = dyn Fn(SearchNews<'_>) -> ControlFlow<()> + Sync + 'a;
 
 /// Factor of safety of a state.
 #[derive(Debug)]
@@ -76,6 +103,30 @@ impl Simulation {
         search: &SafetySearch,
         tell: &(dyn Fn(&SafetyTrial) + Sync),
     ) -> Result<Safety, RunError> {
+        self.continue_search(search, &[], &|news| {
+            if let SearchNews::Trial(trial) = news {
+                tell(trial);
+            }
+            ControlFlow::Continue(())
+        })
+    }
+
+    /// [`factor_of_safety`](Self::factor_of_safety) that begins with the `known` trials of an
+    /// earlier search of the same state, which was stopped. They are not repeated, and the result
+    /// has the same bits. Only the unstable trial of the smallest factor runs again if it is among
+    /// them, because its final state is part of the result. `tell` receives the news of each trial
+    /// on its thread.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`factor_of_safety`](Self::factor_of_safety); [`RunError::Stopped`] also if `tell`
+    /// breaks.
+    pub fn continue_search(
+        &self,
+        search: &SafetySearch,
+        known: &[SafetyTrial],
+        tell: &TellSearch<'_>,
+    ) -> Result<Safety, RunError> {
         let joints = &self.model.properties.joints;
         let broken_joints = |name: &str| {
             let joint = joints.iter().find(|joint| joint.name == name)?;
@@ -88,29 +139,9 @@ impl Simulation {
         if let Some(fault) = self.model.without_strength("") {
             return Err(RunError::Values { faults: vec![fault] });
         }
-        let mut found = Safety {
-            factor: None,
-            bracket: [None; 2],
-            trials: Vec::new(),
-            failing: None,
-            profile: Profile::default(),
-        };
-        self.try_both(search, search.bracket, &mut found, tell)?;
-        while let [Some(stable), Some(unstable)] = found.bracket {
-            if unstable - stable <= search.resolution {
-                break;
-            }
-            let ratio = unstable / stable;
-            let thirds = [1.0, 2.0].map(|third| stable * libm::pow(ratio, third / 3.0));
-            // The bracket is too narrow for two numbers between its ends.
-            if !(stable < thirds[0] && thirds[1] < unstable) {
-                break;
-            }
-            self.try_both(search, thirds, &mut found, tell)?;
-        }
-        if let [Some(stable), Some(unstable)] = found.bracket {
-            found.factor = Some((stable * unstable).sqrt());
-        }
+        let trials = Trials { start: self, saved: self.save(), search, known, tell };
+        let mut found = trials.bisect()?;
+        trials.finish(&mut found)?;
         found.trials.sort_by(|a, b| a.factor.total_cmp(&b.factor));
         if found.bracket[0].is_none() && undecided(&found.trials, found.bracket[1]) {
             // No factor has a known verdict.
@@ -119,28 +150,88 @@ impl Simulation {
         Ok(found)
     }
 
-    /// Runs the trials of two factors at once.
-    fn try_both(
-        &self,
-        search: &SafetySearch,
-        factors: [f64; 2],
-        found: &mut Safety,
-        tell: &(dyn Fn(&SafetyTrial) + Sync),
-    ) -> Result<(), RunError> {
-        let saved = self.save();
-        let tried = factors.into_par_iter().map(|factor| {
-            let tried = self.trial(search, &saved, factor);
-            tried.inspect(|(trial, _)| tell(trial))
+    /// Copy of this simulation in a former state, with the laws and histories that a program has
+    /// set.
+    ///
+    /// # Errors
+    ///
+    /// The state belongs to another model, or is not finite.
+    pub fn back_to(&self, saved: &Saved) -> Result<Self, RunError> {
+        let model =
+            self.model.rebuilt().map_err(|fault| RunError::Values { faults: vec![fault] })?;
+        let simd = Simd::of(self.scratch.level);
+        // Among the states of a run, only one that is not finite cannot be restored.
+        let mut copy = Self::restore(model, simd, saved).map_err(|_| self.diverged())?;
+        copy.stop_when(self.stop.clone());
+        copy.set_clock(self.scratch.profiler.clock);
+        copy.model.laws.clone_from(&self.model.laws);
+        Ok(copy)
+    }
+}
+
+/// Trials of a search.
+struct Trials<'a> {
+    start: &'a Simulation,
+    /// State of `start`.
+    saved: Saved,
+    search: &'a SafetySearch,
+    /// Trials of an earlier search of this state.
+    known: &'a [SafetyTrial],
+    tell: &'a TellSearch<'a>,
+}
+
+impl Trials<'_> {
+    /// Tries pairs of factors until the bracket is as narrow as the resolution.
+    fn bisect(&self) -> Result<Safety, RunError> {
+        let mut found = Safety {
+            factor: None,
+            bracket: [None; 2],
+            trials: Vec::new(),
+            failing: None,
+            profile: Profile::default(),
+        };
+        self.try_both(self.search.bracket, &mut found)?;
+        while let [Some(stable), Some(unstable)] = found.bracket {
+            if unstable - stable <= self.search.resolution {
+                break;
+            }
+            let ratio = unstable / stable;
+            let thirds = [1.0, 2.0].map(|third| stable * libm::pow(ratio, third / 3.0));
+            // The bracket is too narrow for two numbers between its ends.
+            if !(stable < thirds[0] && thirds[1] < unstable) {
+                break;
+            }
+            self.try_both(thirds, &mut found)?;
+        }
+        if let [Some(stable), Some(unstable)] = found.bracket {
+            found.factor = Some((stable * unstable).sqrt());
+        }
+        Ok(found)
+    }
+
+    /// Runs the trials of two factors at once, unless they are known.
+    fn try_both(&self, factors: [f64; 2], found: &mut Safety) -> Result<(), RunError> {
+        let before = found.trials.len() as u64;
+        let tried = factors.into_par_iter().zip([1, 2]).map(|(factor, number)| {
+            if let Some(known) = self.known.iter().find(|known| known.factor == factor) {
+                return Ok((*known, None));
+            }
+            let (trial, simulation) = self.run(factor, before + number)?;
+            match (self.tell)(SearchNews::Trial(&trial)) {
+                ControlFlow::Continue(()) => Ok((trial, Some(simulation))),
+                ControlFlow::Break(()) => Err(RunError::Stopped),
+            }
         });
         for tried in tried.collect::<Vec<_>>() {
             let (trial, mut simulation) = tried?;
-            found.profile.add(&simulation.take_profile(), 1.0);
+            if let Some(simulation) = &mut simulation {
+                found.profile.add(&simulation.take_profile(), 1.0);
+            }
             let [stable, unstable] = &mut found.bracket;
             if trial.verdict != Verdict::AtRest {
                 if unstable.is_none_or(|known| trial.factor < known) {
                     *unstable = Some(trial.factor);
-                    simulation.failing = true;
-                    found.failing = Some(Box::new(simulation));
+                    found.failing = simulation.map(Box::new);
                 }
             } else if stable.is_none_or(|known| trial.factor > known) {
                 *stable = Some(trial.factor);
@@ -161,62 +252,57 @@ impl Simulation {
         Ok(())
     }
 
-    /// Copy of this simulation in a former state, with the laws and histories that a program has
-    /// set.
-    ///
-    /// # Errors
-    ///
-    /// The state belongs to another model, or is not finite.
-    pub fn back_to(&self, saved: &Saved) -> Result<Self, RunError> {
-        let model =
-            self.model.rebuilt().map_err(|fault| RunError::Values { faults: vec![fault] })?;
-        let simd = Simd::of(self.scratch.level);
-        // Among the states of a run, only one that is not finite cannot be restored.
-        let mut copy = Self::restore(model, simd, saved).map_err(|_| self.diverged())?;
-        copy.stop_when(self.stop.clone());
-        copy.set_clock(self.scratch.profiler.clock);
-        copy.model.laws.clone_from(&self.model.laws);
-        Ok(copy)
+    /// Gives the unstable trial of the smallest factor in its final state, which a known trial has
+    /// not.
+    fn finish(&self, found: &mut Safety) -> Result<(), RunError> {
+        let Some(unstable) = found.bracket[1] else { return Ok(()) };
+        if found.failing.is_none() {
+            let place = found.trials.iter().position(|trial| trial.factor == unstable);
+            let (_, simulation) = self.run(unstable, place.map_or(0, |place| place as u64 + 1))?;
+            found.failing = Some(Box::new(simulation));
+        }
+        if let Some(failing) = &mut found.failing {
+            failing.failing = true;
+        }
+        Ok(())
     }
 
     /// Relaxes a copy with the strengths divided by a factor, reduced in parts.
-    fn trial(
-        &self,
-        search: &SafetySearch,
-        saved: &Saved,
-        factor: f64,
-    ) -> Result<(SafetyTrial, Self), RunError> {
-        let mut trial = self.back_to(saved)?;
-        trial.finish_relaxation();
-        trial.far = search.limit;
-        let joints = self.model.properties.joints.iter().enumerate();
+    fn run(&self, factor: f64, trial: u64) -> Result<(SafetyTrial, Simulation), RunError> {
+        let search = self.search;
+        let mut simulation = self.start.back_to(&self.saved)?;
+        simulation.finish_relaxation();
+        simulation.far = search.limit;
+        let joints = self.start.model.properties.joints.iter().enumerate();
         let divided = joints.filter(|(_, joint)| search.divides(&joint.name));
         let numbers: Vec<usize> = divided.map(|(number, _)| number).collect();
-        let laws = trial.model.laws.clone();
+        let laws = simulation.model.laws.clone();
         let parts = (libm::log(factor) / libm::log(PART)).ceil().max(1.0);
-        let (mut steps, mut part) = (0, 1.0);
+        let mut progress = TrialProgress { trial, factor, step: 0, unbalanced: None };
+        let mut part = 1.0;
         let verdict = loop {
             let divisor = if part < parts { libm::pow(factor, part / parts) } else { factor };
-            trial.model.laws.clone_from(&laws);
-            trial.reduce_strengths(&numbers, search.joints.is_none(), divisor);
-            trial.start_relaxation(1)?;
-            let verdict = trial.come_to_rest(search, &mut steps)?;
+            simulation.model.laws.clone_from(&laws);
+            simulation.reduce_strengths(&numbers, search.joints.is_none(), divisor);
+            simulation.start_relaxation(1)?;
+            let verdict = self.come_to_rest(&mut simulation, &mut progress)?;
             if verdict != Verdict::AtRest || part >= parts {
                 break verdict;
             }
             part += 1.0;
         };
-        Ok((SafetyTrial { factor, verdict, steps }, trial))
+        Ok((SafetyTrial { factor, verdict, steps: progress.step }, simulation))
     }
 
     /// Relaxes until there is a verdict, and counts the steps.
     fn come_to_rest(
-        &mut self,
-        search: &SafetySearch,
-        steps: &mut u64,
+        &self,
+        simulation: &mut Simulation,
+        progress: &mut TrialProgress,
     ) -> Result<Verdict, RunError> {
+        let search = self.search;
         loop {
-            match self.relax_step(search.tolerance) {
+            match simulation.relax_step(search.tolerance) {
                 Ok(Relaxed::Done) => return Ok(Verdict::AtRest),
                 Err(RunError::NoEquilibrium { .. } | RunError::DeepPenetration { .. }) => {
                     return Ok(Verdict::Fails);
@@ -227,10 +313,13 @@ impl Simulation {
                     return Ok(if is_small { Verdict::AtRest } else { Verdict::Undecided });
                 }
                 Err(error) => return Err(error),
-                Ok(_) if *steps >= search.max_steps => return Ok(Verdict::Undecided),
-                Ok(_) => *steps += 1,
+                Ok(_) if progress.step >= search.max_steps => return Ok(Verdict::Undecided),
+                Ok(_) => progress.step += 1,
             }
-            if steps.is_multiple_of(64) && self.stop.load(Ordering::Relaxed) {
+            let ratio = simulation.unbalanced();
+            progress.unbalanced = ratio.is_finite().then_some(ratio);
+            let told = (self.tell)(SearchNews::Step(progress));
+            if told.is_break() || simulation.stop.load(Ordering::Relaxed) {
                 return Err(RunError::Stopped);
             }
         }

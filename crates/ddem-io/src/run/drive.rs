@@ -5,15 +5,15 @@ use std::time::Instant;
 
 use ddem_core::{ErrorCode, Simulation};
 use ddem_deck::lint::{Code, Diagnostic};
-use ddem_deck::{Deck, Source, Stage, StageKind};
+use ddem_deck::{BuiltDeck, Deck, Source, Stage, StageKind};
 
-use super::files::nudge;
+use super::files::{Position, nudge};
 use super::given_steps::check_all_steps;
 use super::moved::MovedBy;
 use super::profile::StageTimer;
 use super::record::Recorder;
 use super::report::{Built, available_memory, located, prepare, report};
-use super::resume::{self, Resumed};
+use super::resume::{self, Cursor, Resumed};
 use super::safety::search;
 use super::session::Session;
 use super::stage::{Halt, Running, failed};
@@ -144,14 +144,14 @@ impl<'a> Drive<'a> {
         let every = moved.site.deck().output.checkpoint_interval();
         let every = options.checkpoint_every.unwrap_or(every);
         moved.timer.enter();
-        let mut start = None;
         if moved.cursor.step.is_none() {
             moved.simulation.enter(moved.cursor.stage).map_err(failed(stage))?;
             let next = stages.get(moved.cursor.stage + 1);
-            start = is_for_safety(stage, next).then(|| moved.simulation.save());
+            let leads_back = is_for_safety(stage, next);
+            moved.cursor.start = leads_back.then(|| moved.simulation.save());
         }
         if stage.kind == StageKind::Safety {
-            if search(stage, moved, *observer)? {
+            if search((stage, stages.len()), moved, (folder, text), *observer)? {
                 return Ok(Ended::Done(None));
             }
             checkpoint(moved, (folder, text), 0.0, *observer)?;
@@ -179,6 +179,7 @@ impl<'a> Drive<'a> {
             }
         }
         let failure = running.finish()?;
+        let start = moved.cursor.start.take();
         let (Some(failure), Some(start)) = (&failure, start) else {
             return Ok(Ended::Done(failure));
         };
@@ -251,15 +252,30 @@ fn changed(deck: &Deck, before: &BTreeMap<String, Vec<f64>>) -> Option<String> {
 /// resumed `[s]`.
 fn checkpoint(
     moved: &mut MovedBy,
-    (folder, text): (&Folder, &str),
+    place: (&Folder, &str),
     seconds: f64,
     observer: &mut dyn Observer,
 ) -> Result<(), OutputError> {
-    let position = moved.recorder.sync()?;
-    let mut cursor = moved.cursor.clone();
+    let MovedBy { site, simulation, recorder, cursor, .. } = moved;
+    let position = recorder.sync()?;
+    let before = cursor.seconds;
     cursor.seconds += seconds;
-    replace::keep_previous(&folder.checkpoint(), &folder.previous_checkpoint());
-    resume::save(&folder.checkpoint(), text, moved, &cursor, position)?;
-    observer.event(Event::Checkpoint(&folder.checkpoint()));
+    let written = write_checkpoint((site, simulation), cursor, position, place, observer);
+    cursor.seconds = before;
+    written
+}
+
+/// Writes a checkpoint to a folder, with the text of the deck, for files that are on the disk up to `position`.
+pub(super) fn write_checkpoint(
+    of: (&BuiltDeck, &Simulation),
+    cursor: &Cursor,
+    position: Position,
+    (folder, text): (&Folder, &str),
+    observer: &mut dyn Observer,
+) -> Result<(), OutputError> {
+    let path = folder.checkpoint();
+    replace::keep_previous(&path, &folder.previous_checkpoint());
+    resume::save(&path, text, of, cursor, position)?;
+    observer.event(Event::Checkpoint(&path));
     Ok(())
 }

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use ddem_core::{ErrorCode, Model, Saved, Simd, Simulation};
+use ddem_core::{ErrorCode, Model, SafetyTrial, Saved, Simd, Simulation};
+use ddem_deck::BuiltDeck;
 use ddem_deck::lint::Diagnostic;
 use serde::{Deserialize, Serialize};
 
 use super::RunFailure;
 use super::files::Position;
-use super::moved::MovedBy;
 use crate::OutputError;
 use crate::checkpoint::{self, Checkpoint};
 use crate::summary::{StageSummary, TimeStepLimit};
@@ -34,6 +34,10 @@ pub(super) struct Cursor {
     pub(super) imbalance: f64,
     /// Wall time that it has taken `[s]`.
     pub(super) seconds: f64,
+    /// Trials of a search for the factor of safety that are done.
+    pub(super) trials: Vec<SafetyTrial>,
+    /// State at the start of a stage whose failure leads back to it.
+    pub(super) start: Option<Saved>,
     /// Summaries of completed stages.
     #[serde(with = "as_json")]
     pub(super) done: Vec<StageSummary>,
@@ -41,10 +45,10 @@ pub(super) struct Cursor {
     pub(super) warnings: Vec<Diagnostic>,
 }
 
-/// Data that a run needs besides its simulation to continue.
+/// Data that a run needs besides its simulation to continue; `C` is borrowed when they are saved.
 #[derive(Serialize, Deserialize)]
-pub(super) struct SavedProgress {
-    pub(super) cursor: Cursor,
+pub(super) struct SavedProgress<C = Cursor> {
+    pub(super) cursor: C,
     pub(super) position: Position,
     /// Laws and histories that a program computes.
     computed: Vec<String>,
@@ -78,13 +82,12 @@ mod as_json {
 pub(super) fn save(
     path: &Path,
     text: &str,
-    moved: &MovedBy,
+    (site, simulation): (&BuiltDeck, &Simulation),
     cursor: &Cursor,
     position: Position,
 ) -> Result<(), OutputError> {
-    let MovedBy { site, simulation, .. } = moved;
     let progress = SavedProgress {
-        cursor: cursor.clone(),
+        cursor,
         position,
         computed: simulation.model().computed().to_vec(),
         files: ddem_deck::file_contents(site.deck()),

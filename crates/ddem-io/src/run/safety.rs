@@ -1,41 +1,48 @@
 //! Stages that search for the factor of safety.
 
+use std::ops::ControlFlow::{self, Break, Continue};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use ddem_core::{RunError, Safety, SafetySearch, SafetyTrial, Simulation, Verdict, undecided};
+use ddem_core::{
+    RunError, Safety, SafetySearch, SafetyTrial, SearchNews, Simulation, TrialProgress, Verdict,
+    undecided,
+};
 use ddem_deck::Stage;
 use ddem_deck::lint::{Code, Diagnostic};
 
+use super::drive::write_checkpoint;
 use super::moved::MovedBy;
-use super::stage::failed;
+use super::plan::trials;
+use super::resume::Cursor;
+use super::stage::{PROGRESS, failed};
 use super::warnings::stage_place;
-use super::{Event, Observer, RunFailure};
+use super::{Event, Observer, Progress, RunFailure, SearchProgress};
+use crate::OutputError;
+use crate::folder::Folder;
 use crate::summary::StageSummary;
 
 /// Searches for the factor of safety of the present state, which does not change. Records the
-/// unstable trial with the smallest factor. Returns false if the observer stopped it.
+/// unstable trial with the smallest factor. A checkpoint follows each trial, in a folder with the
+/// text of the deck. Returns false if the observer stopped the search.
 pub(super) fn search(
-    stage: &Stage,
+    (stage, stages): (&Stage, usize),
     moved: &mut MovedBy,
+    place: (&Folder, &str),
     observer: &mut dyn Observer,
 ) -> Result<bool, RunFailure> {
     let start = Instant::now();
-    let MovedBy { site, simulation, recorder, cursor, timer } = moved;
+    let MovedBy { simulation, recorder, timer, .. } = moved;
     timer.enter();
     timer.started(simulation);
     recorder.start(simulation, &stage.name, &mut |event| observer.event(event))?;
     timer.recorded(start.elapsed(), simulation);
     let begun = Instant::now();
-    let shared = Mutex::new(&mut *observer);
-    let found = simulation.factor_of_safety(&stage.search(), &|trial| {
-        let mut observer = shared.lock().unwrap_or_else(PoisonError::into_inner);
-        observer.event(Event::Trial { stage: &stage.name, trial });
-    });
-    let mut found = match found {
-        Err(RunError::Stopped) => return Ok(false),
-        found => found.map_err(failed(stage))?,
+    let Some(mut found) = find((stage, stages), moved, place, observer)? else {
+        moved.cursor.seconds += start.elapsed().as_secs_f64();
+        return Ok(false);
     };
+    let MovedBy { site, simulation, recorder, cursor, timer } = moved;
     timer.tried(&found.profile, begun.elapsed());
     let begun = Instant::now();
     let mut moving = Vec::new();
@@ -45,39 +52,194 @@ pub(super) fn search(
             moving = failing.moving_blocks();
         }
     }
-    let verdict = verdict(cursor.done.last().map(|stage| stage.verdict), &found);
-    let deck = site.deck();
-    let place = stage_place(deck, stage);
+    let place = stage_place(site.deck(), stage);
     for warning in warnings(&found, &stage.search(), simulation) {
-        cursor.warn(deck, warning.below(&place), observer);
+        cursor.warn(site.deck(), warning.below(&place), observer);
     }
-    let steps = found.trials.iter().map(|trial| trial.steps).sum();
-    let seconds = start.elapsed().as_secs_f64();
-    let updates = simulation.model().n_nodes() as f64 * steps as f64;
     simulation.check_finite().map_err(failed(stage))?;
-    let (imbalance, state) = (simulation.energy().imbalance(), simulation.state_summary());
+    let mut summary = summary(stage, found, simulation, cursor);
+    summary.moving = moving;
     timer.recorded(begun.elapsed(), simulation);
-    let summary = StageSummary {
-        name: stage.name.clone(),
-        kind: "safety".to_owned(),
-        verdict,
-        moving,
-        factor: found.factor,
-        bracket: Some(found.bracket),
-        trials: found.trials,
-        steps,
-        time_step: f64::NAN,
-        limit: None,
-        wall_seconds: seconds,
-        node_updates_per_second: updates / seconds,
-        unbalanced: simulation.unbalanced(),
-        imbalance,
-        state,
-        profile: timer.finish(),
-    };
+    summary.wall_seconds = cursor.seconds + start.elapsed().as_secs_f64();
+    let updates = simulation.model().n_nodes() as f64 * summary.steps as f64;
+    summary.node_updates_per_second = updates / summary.wall_seconds;
+    summary.profile = timer.finish();
     observer.event(Event::StageDone(&summary));
     cursor.done.push(summary);
+    cursor.trials.clear();
+    (cursor.step, cursor.seconds) = (None, 0.0);
     Ok(true)
+}
+
+/// Runs the trials that are not done. `None` if the observer stopped the search.
+fn find(
+    (stage, stages): (&Stage, usize),
+    moved: &mut MovedBy,
+    place: (&Folder, &str),
+    observer: &mut dyn Observer,
+) -> Result<Option<Safety>, RunFailure> {
+    let MovedBy { site, simulation, recorder, cursor, .. } = moved;
+    let position = recorder.sync()?;
+    cursor.step = Some(0);
+    let known = cursor.trials.clone();
+    let progress = beginning((stage, stages), simulation, cursor);
+    observer.event(Event::StageStarted(&progress));
+    let start = Instant::now();
+    let searching = Mutex::new(Searching {
+        observer,
+        steps_before: progress.step,
+        progress,
+        nodes: simulation.model().n_nodes(),
+        seconds_before: cursor.seconds,
+        cursor,
+        start,
+        told: start,
+        failure: None,
+    });
+    let found = simulation.continue_search(&stage.search(), &known, &|news| match news {
+        // While another trial tells its news, a step is not worth waiting for.
+        SearchNews::Step(trial) => {
+            searching.try_lock().map_or(Continue(()), |mut searching| searching.step(trial))
+        }
+        SearchNews::Trial(trial) => {
+            let mut searching = searching.lock().unwrap_or_else(PoisonError::into_inner);
+            searching.trial(trial, &|cursor, observer| {
+                write_checkpoint((site, simulation), cursor, position, place, observer)
+            })
+        }
+        _ => Continue(()),
+    });
+    let searching = searching.into_inner().unwrap_or_else(PoisonError::into_inner);
+    match (searching.failure, found) {
+        (Some(failure), _) => Err(failure.into()),
+        (None, Err(RunError::Stopped)) => Ok(None),
+        (None, found) => Ok(Some(found.map_err(failed(stage))?)),
+    }
+}
+
+/// Search that runs, for the threads of its trials.
+struct Searching<'a> {
+    observer: &'a mut dyn Observer,
+    cursor: &'a mut Cursor,
+    progress: Progress,
+    /// Number of nodes of the model.
+    nodes: usize,
+    /// Steps and wall time before it began or was resumed `[s]`.
+    steps_before: u64,
+    seconds_before: f64,
+    /// Wall times at which it began or was resumed, and of the last progress.
+    start: Instant,
+    told: Instant,
+    /// Failure of a checkpoint, which ends the search.
+    failure: Option<OutputError>,
+}
+
+impl Searching<'_> {
+    /// Takes a step of a trial into account.
+    fn step(&mut self, trial: &TrialProgress) -> ControlFlow<()> {
+        let Some(search) = &mut self.progress.search else { return Continue(()) };
+        search.running.retain(|known| known.trial != trial.trial);
+        search.running.push(*trial);
+        search.running.sort_by_key(|trial| trial.trial);
+        if self.told.elapsed() >= PROGRESS {
+            self.tell();
+        }
+        if self.failure.is_some() { Break(()) } else { Continue(()) }
+    }
+
+    /// Takes the end of a trial into account and saves it.
+    fn trial(
+        &mut self,
+        trial: &SafetyTrial,
+        save: &dyn Fn(&Cursor, &mut dyn Observer) -> Result<(), OutputError>,
+    ) -> ControlFlow<()> {
+        self.cursor.trials.push(*trial);
+        if let Some(search) = &mut self.progress.search {
+            search.done = self.cursor.trials.len() as u64;
+            search.running.retain(|known| known.factor != trial.factor);
+        }
+        self.tell();
+        self.observer.event(Event::Trial { stage: &self.progress.stage, trial });
+        self.cursor.seconds = self.seconds_before + self.start.elapsed().as_secs_f64();
+        let saved = save(self.cursor, self.observer);
+        self.cursor.seconds = self.seconds_before;
+        match saved {
+            Ok(()) => Continue(()),
+            Err(failure) => {
+                self.failure.get_or_insert(failure);
+                Break(())
+            }
+        }
+    }
+
+    fn tell(&mut self) {
+        let Self { progress, cursor, .. } = self;
+        let Some(search) = &progress.search else { return };
+        progress.step = steps(&cursor.trials) + search.running.iter().map(|t| t.step).sum::<u64>();
+        let ratios = search.running.iter().filter_map(|trial| trial.unbalanced);
+        progress.unbalanced = ratios.fold(f64::NAN, f64::max);
+        let here = progress.step.saturating_sub(self.steps_before) * self.nodes as u64;
+        progress.updates_per_second = here as f64 / self.start.elapsed().as_secs_f64();
+        self.told = Instant::now();
+        self.observer.event(Event::Progress(progress));
+    }
+}
+
+/// Progress of a search that begins, or continues after some trials.
+fn beginning(
+    (stage, stages): (&Stage, usize),
+    simulation: &Simulation,
+    cursor: &Cursor,
+) -> Progress {
+    let search = stage.search();
+    Progress {
+        stage: stage.name.clone(),
+        stage_index: (cursor.stage, stages),
+        relax: true,
+        step: steps(&cursor.trials),
+        steps: search.max_steps,
+        time: simulation.time(),
+        unbalanced: f64::NAN,
+        tolerance: search.tolerance,
+        failed_pairs: simulation.failed_pairs().iter().sum(),
+        contacts: simulation.touching_blocks() as u64,
+        fastest: None,
+        updates_per_second: 0.0,
+        seconds_left: None,
+        search: Some(SearchProgress {
+            done: cursor.trials.len() as u64,
+            most: trials(&search),
+            running: Vec::new(),
+        }),
+    }
+}
+
+/// Steps of trials.
+fn steps(trials: &[SafetyTrial]) -> u64 {
+    trials.iter().map(|trial| trial.steps).sum()
+}
+
+/// Summary of a search, without its moving blocks and its wall times.
+fn summary(
+    stage: &Stage,
+    found: Safety,
+    simulation: &mut Simulation,
+    cursor: &Cursor,
+) -> StageSummary {
+    StageSummary {
+        name: stage.name.clone(),
+        kind: "safety".to_owned(),
+        verdict: verdict(cursor.done.last().map(|stage| stage.verdict), &found),
+        factor: found.factor,
+        bracket: Some(found.bracket),
+        steps: steps(&found.trials),
+        trials: found.trials,
+        time_step: f64::NAN,
+        imbalance: simulation.energy().imbalance(),
+        state: simulation.state_summary(),
+        unbalanced: simulation.unbalanced(),
+        ..StageSummary::default()
+    }
 }
 
 /// Verdict for the actual strengths: that of the stage `before`, otherwise the one that follows

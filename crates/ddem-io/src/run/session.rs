@@ -178,7 +178,8 @@ impl Session {
         let position = synced?;
         let path = folder.path().canonicalize().unwrap_or_else(|_| folder.path().to_owned());
         let between = Cursor { step: None, ..self.moved.cursor.clone() };
-        let saved = resume::save(&folder.checkpoint(), &self.text, &self.moved, &between, position);
+        let of = (&self.moved.site, &self.moved.simulation);
+        let saved = resume::save(&folder.checkpoint(), &self.text, of, &between, position);
         self.recorded.insert(path, (position, stamp(&folder.checkpoint())));
         saved?;
         self.summary().write(folder.summary())?;
@@ -227,7 +228,11 @@ impl Session {
         {
             session.recorded.insert(folder, (resumed.progress.position, read));
         }
-        session.moved.cursor = Cursor { step: None, ..resumed.progress.cursor };
+        let mut cursor = resumed.progress.cursor;
+        // A stage of the deck that was interrupted does not continue here.
+        (cursor.step, cursor.start) = (None, None);
+        cursor.trials.clear();
+        session.moved.cursor = cursor;
         session.find_warnings();
         Ok(session)
     }
@@ -239,7 +244,8 @@ impl Session {
     /// The file cannot be written.
     pub fn save(&self, path: &Path) -> Result<(), RunFailure> {
         let between = Cursor { step: None, ..self.moved.cursor.clone() };
-        Ok(resume::save(path, &self.text, &self.moved, &between, Position::default())?)
+        let of = (&self.moved.site, &self.moved.simulation);
+        Ok(resume::save(path, &self.text, of, &between, Position::default())?)
     }
 
     /// Summary of the run so far.

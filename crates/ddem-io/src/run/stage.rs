@@ -16,7 +16,7 @@ use super::{Event, Observer, RunFailure};
 use crate::summary::StageSummary;
 
 /// Wall time between two progress events.
-const PROGRESS: Duration = Duration::from_millis(100);
+pub(super) const PROGRESS: Duration = Duration::from_millis(100);
 
 /// A stage that is running.
 pub(super) struct Running<'a> {

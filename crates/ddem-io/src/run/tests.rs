@@ -1,8 +1,9 @@
 //! Tests of the warnings of a run, from numbers that a run may give.
 
-use ddem_core::{Energy, Profile, Safety, SafetySearch, SafetyTrial, Verdict};
+use ddem_core::{Energy, Profile, RunError, Safety, SafetySearch, SafetyTrial, Verdict};
 use ddem_deck::{Deck, Stage, StageKind};
 
+use super::RunFailure;
 use super::report::build;
 use super::safety::warnings;
 use super::warnings::energy_imbalance;
@@ -35,6 +36,14 @@ fn energy_loss_warns() {
     let found = [energy(2.0, 0.0), energy(-2.0, 3.0), energy(-2.0, 0.0)].map(warning);
     let found: Vec<String> = found.into_iter().flatten().map(|w| w.to_string()).collect();
     insta::assert_snapshot!(found.join("\n"));
+}
+
+/// A step that becomes unstable ends a run that has begun: its results are there.
+#[test]
+fn failure_of_a_stage_has_the_status_of_failed_runs() {
+    let error = RunError::UnstableTimeStep { time_step: 2.0, critical: 1.0 };
+    assert_eq!(RunFailure::Stage { stage: "later".to_owned(), error }.exit_status(), 1);
+    assert_eq!(RunFailure::Stopped.exit_status(), 2);
 }
 
 /// Warnings about results of searches in the present state of a simulation.
@@ -79,6 +88,26 @@ fn doubtful_factors_of_safety_warn() {
         of_searches(&mut simulation, vec![safety([Some(4.0), None], vec![])])
     });
     insta::assert_snapshot!([undecided, holds.join("\n")].join("\n"));
+}
+
+/// Discs of a network whose cells nobody can predict: the cut stops at the memory, and names the cut.
+#[test]
+fn fracture_networks_stop_at_the_memory() {
+    let network = "
+        [joints.j]
+        normal_stiffness = 1e10
+        shear_stiffness = 5e9
+        [[region]]
+        box = { from = [0, 0, 0], to = [10, 10, 10] }
+        material = 'rock'
+        [[cut]]
+        dfn = { number = 100000, size = 5.0, dip = 45, dip_direction = 0, fisher = 1 }
+        joint = 'j'
+        ";
+    let rock = CUBE.split("[[blocks]]").next().unwrap_or_default();
+    let (deck, _) = ddem_deck::parse_alone(&format!("{rock}{network}"), "rock.toml").unwrap();
+    let refused = build(&deck, 100_000_000).err().unwrap();
+    insta::assert_snapshot!(refused.to_string());
 }
 
 /// Cube of 10 m with joints each metre in three directions: 1000 cells of 8 parts with one element. The

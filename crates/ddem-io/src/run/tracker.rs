@@ -5,10 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use ddem_deck::{Deck, Stage, StageKind};
+use ddem_deck::{Deck, Stage};
 
-use super::plan::trials;
-use super::{Event, Observer, Progress, RunFailure};
+use super::{Event, Observer, Progress, RunFailure, SearchProgress};
 use crate::folder::STATUS;
 use crate::status::{RunStatus, StageReport, StatusKind};
 
@@ -24,6 +23,8 @@ pub struct Tracker {
     report: StageReport,
     /// First unbalanced ratio of the stage, at which its progress begins.
     first: Option<f64>,
+    /// Trials of a search before it was resumed.
+    known: u64,
     /// Wall time at which the stage began.
     begun: Instant,
 }
@@ -35,7 +36,7 @@ impl Tracker {
         // The rest of a deck may be a large mesh.
         let stages = deck.stage.clone();
         let report = StageReport::beginning(&stages, 0);
-        Self { stages, before: 0, report, first: None, begun: Instant::now() }
+        Self { stages, before: 0, report, first: None, known: 0, begun: Instant::now() }
     }
 
     /// Tracker of one stage of a program, which comes after others.
@@ -51,10 +52,12 @@ impl Tracker {
     pub fn report(&self) -> StageReport {
         let wall_seconds = self.begun.elapsed().as_secs_f64();
         let mut report = StageReport { wall_seconds, ..self.report.clone() };
-        if let (Some(done @ 1..), Some(most)) = (report.trials, report.most_trials) {
+        if let (Some(done), Some(most)) = (report.trials, report.most_trials)
+            && done > self.known
+        {
             // Trials take about the same time.
-            report.seconds_left =
-                Some(wall_seconds / done as f64 * most.saturating_sub(done) as f64);
+            let each = wall_seconds / (done - self.known) as f64;
+            report.seconds_left = Some(each * most.saturating_sub(done) as f64);
         }
         report
     }
@@ -64,16 +67,10 @@ impl Tracker {
         match event {
             Event::StageStarted(progress) => {
                 self.enter(progress.stage_index.0);
+                self.known = progress.search.as_ref().map_or(0, |search| search.done);
                 self.progress(progress);
             }
             Event::Progress(progress) => self.progress(progress),
-            Event::Trial { trial, .. } => {
-                let done = self.report.trials.unwrap_or_default() + 1;
-                self.report.trials = Some(done);
-                self.report.step += trial.steps;
-                self.report.progress =
-                    self.report.most_trials.map(|most| (done as f64 / most as f64).min(1.0));
-            }
             Event::StageDone(stage) => {
                 let place = |index: &usize| self.stages[*index].name == stage.name;
                 let next = (0..self.stages.len()).find(place).map_or(0, |index| index + 1);
@@ -94,13 +91,7 @@ impl Tracker {
         beginning.number += self.before;
         beginning.stages += self.before;
         self.report = StageReport { time, failed_pairs, contacts, ..beginning };
-        (self.first, self.begun) = (None, Instant::now());
-        let Some(stage) = self.stages.get(index) else { return };
-        if stage.kind == StageKind::Safety {
-            self.report.trials = Some(0);
-            self.report.most_trials = Some(trials(&stage.search()));
-            self.report.progress = Some(0.0);
-        }
+        (self.first, self.known, self.begun) = (None, 0, Instant::now());
     }
 
     fn progress(&mut self, progress: &Progress) {
@@ -108,7 +99,11 @@ impl Tracker {
         let ratio = progress.unbalanced;
         self.first = self.first.or((ratio.is_finite() && ratio > 0.0).then_some(ratio));
         let report = &mut self.report;
-        report.progress = Some(self.first.map_or(0.0, |first| progress.part(first)));
+        report.progress = Some(progress.part(self.first.unwrap_or(0.0)));
+        if let Some(SearchProgress { done, most, running }) = &progress.search {
+            (report.trials, report.most_trials) = (Some(*done), Some(*most));
+            report.running.clone_from(running);
+        }
         report.step = progress.step;
         report.steps = (!progress.relax).then_some(progress.steps);
         report.time = progress.time;
@@ -123,11 +118,13 @@ impl Tracker {
 
 impl Progress {
     /// Part of the stage that is done, 0 to 1. A relaxation counts the digits that the unbalanced ratio has gained since
-    /// its `first` value, because its number of steps is unknown.
+    /// its `first` value, because its number of steps is unknown; a search counts its trials.
     #[must_use]
     pub fn part(&self, first: f64) -> f64 {
         let Self { unbalanced, tolerance, .. } = *self;
-        let part = if !self.relax {
+        let part = if let Some(search) = &self.search {
+            search.done as f64 / search.most as f64
+        } else if !self.relax {
             self.step as f64 / self.steps as f64
         } else if first > tolerance && tolerance > 0.0 {
             (first / unbalanced).ln() / (first / tolerance).ln()

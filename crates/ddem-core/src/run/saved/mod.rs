@@ -22,7 +22,7 @@ const FORMAT: u32 = 6;
 
 /// State of a simulation without its model, as bytes. Store it, and pass it to
 /// [`Simulation::restore`].
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Saved {
     bytes: Vec<u8>,
 }

@@ -46,6 +46,7 @@ impl Running<'_> {
             fastest: self.counters.fastest.0.clone(),
             updates_per_second: rate * simulation.model().n_nodes() as f64,
             seconds_left: (!relax && left.is_finite()).then_some(left),
+            search: None,
         }
     }
 }
