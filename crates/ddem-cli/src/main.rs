@@ -94,6 +94,8 @@ impl From<DeckError> for CommandFailure {
 }
 
 fn main() -> ExitCode {
+    #[cfg(unix)]
+    report_large_files();
     let ending = command();
     if let Err(failure) = &ending {
         say(failure);
@@ -110,6 +112,17 @@ fn main() -> ExitCode {
         // A broken pipe is no error: the reader has seen enough.
         Err(CommandFailure::Output(error)) => u8::from(error.kind() != ErrorKind::BrokenPipe),
     })
+}
+
+/// Blocks the signal that ends a program when a file reaches the limit of its size (`ulimit -f`). Writing then
+/// returns an error, and the run ends with a message. Threads inherit this.
+#[cfg(unix)]
+fn report_large_files() {
+    use nix::sys::signal::{SigSet, Signal};
+    let mut signals = SigSet::empty();
+    signals.add(Signal::SIGXFSZ);
+    // Without it the system ends the run; the last checkpoint remains.
+    let _ = signals.thread_block();
 }
 
 fn command() -> Result<CommandOutcome, CommandFailure> {

@@ -50,6 +50,62 @@ fn run_continues_after_a_full_disk() {
     }
 }
 
+/// Without a shell that ignores it, the signal of the limit would end the run without a word.
+#[test]
+#[cfg(unix)]
+fn limit_of_the_size_of_files_ends_a_run_with_a_message() {
+    let desk = column(&[PRESS, SHAKE]);
+    let mut command = Command::new("sh");
+    command.current_dir(desk.path("")).args(["-c", "ulimit -f 32; exec \"$0\" \"$@\""]);
+    command.args([env!("CARGO_BIN_EXE_ddem"), "column.toml", "--out", "a", "--quiet"]);
+    let (status, message) = end(command.stderr(Stdio::piped()).spawn().unwrap());
+    assert_eq!(status, Some(1), "{message}");
+    assert!(message.contains("File too large"), "{message}");
+    let advice = ": raise the limit on the size of files (`ulimit -f`) [file-access]";
+    assert!(message.trim_end().ends_with(advice), "{message}");
+}
+
+/// A pipe without a writer waits for ever, and `/dev/zero` has no end: both are refused at once, as decks and as files
+/// that a deck names. What a shell pipes to `/dev/stdin` is a deck.
+#[test]
+#[cfg(unix)]
+fn pipes_and_devices_are_refused() {
+    use std::io::Write;
+    let desk = Desk::with(&[PRESS]);
+    let made = Command::new("mkfifo").arg(desk.path("pipe.stl")).status().unwrap();
+    assert!(made.success());
+    let region = |file: &str| {
+        format!(
+            "[materials.rock]\ndensity = 2400\nyoung = 18e9\npoisson = 0.25\n[[region]]\nfile = '{file}'\n\
+             material = 'rock'\n[[stage]]\nname = 'a'\nkind = 'relax'\n"
+        )
+    };
+    desk.write("pipe.toml", &region("pipe.stl"));
+    std::os::unix::fs::symlink("/dev/zero", desk.path("zero.stl")).unwrap();
+    desk.write("zero.toml", &region("zero.stl"));
+    let mut found = String::new();
+    for deck in ["pipe.stl", "/dev/zero", "pipe.toml", "zero.toml"] {
+        let outcome = desk.run(&format!("{deck} --check"));
+        assert_eq!(outcome.status, Some(2), "{deck}");
+        found += &outcome.stderr;
+    }
+    insta::assert_snapshot!(found);
+    let mut command = desk.command("/dev/stdin --check --quiet");
+    let mut child = command.stdin(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    child.stdin.take().unwrap().write_all(&desk.read("column.toml")).unwrap();
+    assert_eq!(end(child), (Some(0), String::new()));
+}
+
+/// A kill between two system calls leaves a file of the check whether the folder can be written to.
+#[test]
+fn remains_of_a_killed_start_are_removed() {
+    let desk = Desk::with(&[PRESS]);
+    std::fs::create_dir(desk.path("a")).unwrap();
+    desk.write("a/.ddem.part", "");
+    assert_eq!(desk.run("column.toml --out a --quiet").status, Some(0));
+    assert!(!desk.path("a/.ddem.part").exists());
+}
+
 /// A folder that nobody may write to, one in it, and one below a file are refused before anything is
 /// written. Permissions do not hold for root, whose run is therefore that of another user.
 #[test]
@@ -102,7 +158,9 @@ fn removed_folder_ends_the_run_with_a_message() {
     let (status, message) = end(child);
     assert_eq!(status, Some(1), "{message}");
     assert!(message.starts_with("error: ") && message.contains("a/"), "{message}");
-    assert!(message.trim_end().ends_with("[file-access]"), "{message}");
+    let advice = ": the file or its folder is no longer there: run the deck again, and leave both in their place \
+                  [file-access]";
+    assert!(message.trim_end().ends_with(advice), "{message}");
 }
 
 /// One of four runs that start at once gets the folder; the others change nothing in it.
