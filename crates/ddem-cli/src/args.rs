@@ -158,7 +158,7 @@ pub(crate) struct RunArguments {
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Threads, which do not change the results [default: one for each processor]
-    #[arg(long, value_name = "N", value_parser = threads)]
+    #[arg(long, value_name = "N", value_parser = threads, allow_negative_numbers = true)]
     pub(crate) threads: Option<usize>,
     /// Print only errors
     #[arg(long)]
@@ -176,7 +176,7 @@ pub(crate) struct RunArguments {
     #[arg(long, conflicts_with = "resume")]
     pub(crate) overwrite: bool,
     /// Wall time between checkpoints within a stage, which does not change the results [default: that of the deck]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, allow_negative_numbers = true)]
     pub(crate) checkpoint_every: Option<Duration>,
     /// Measure the time of each phase of the steps, and print it at the end of each stage
     #[arg(long)]
@@ -240,7 +240,13 @@ pub(crate) fn completions(shell: clap_complete::Shell) -> String {
 pub(crate) fn manual() -> std::io::Result<String> {
     let mut page = Vec::new();
     clap_mangen::Man::new(Cli::command()).render(&mut page)?;
-    Ok(String::from_utf8_lossy(&page).into_owned())
+    let mut page = String::from_utf8_lossy(&page).into_owned();
+    // The commands have no pages of their own.
+    for command in Cli::command().get_subcommands() {
+        let name = command.get_name();
+        page = page.replace(&format!("ddem\\-{name}(1)"), &format!("ddem {name}"));
+    }
+    Ok(page)
 }
 
 /// Error with a plain message for an unexpected second word: a misspelt command or a second deck.
@@ -338,6 +344,12 @@ mod tests {
     #[test]
     fn command_line_definition_is_consistent() {
         Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn manual_names_no_other_page() {
+        let page = manual().unwrap();
+        assert!(!page.contains("(1)") && page.contains("\nddem status\n"), "{page}");
     }
 
     #[test]

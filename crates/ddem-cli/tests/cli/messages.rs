@@ -26,6 +26,8 @@ fn command_lines_are_refused_with_codes() {
         "inf column",
         "column.toml other.toml",
         "column.toml --threads=0",
+        "column.toml --threads -1",
+        "column.toml --checkpoint-every -1",
         "column.toml --simd=mmx",
         "column.toml --thread 2",
         "column.toml --out",

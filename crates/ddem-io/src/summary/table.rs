@@ -234,6 +234,28 @@ impl StageSummary {
     }
 }
 
+impl Summary {
+    /// What limited the time step of each dynamic stage, and the shape of cells.
+    fn limits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let limited =
+            || self.stages.iter().filter_map(|stage| Some((stage, stage.limit.as_ref()?)));
+        if limited().next().is_some() || self.worst_element.is_some() {
+            writeln!(f)?;
+        }
+        for (StageSummary { name, .. }, limit) in limited() {
+            let step = limit.step;
+            line(f, "critical step", &format!("{step:.6e} s in `{name}`, limited by {limit}"))?;
+        }
+        if let Some(worst) = &self.worst_element {
+            line(f, "worst element", &worst.to_string())?;
+        }
+        for added in &self.added_inertia {
+            line(f, "added inertia", &added.to_string())?;
+        }
+        Ok(())
+    }
+}
+
 /// Size of the model, its warnings, its stages, and the state at the end of the last one.
 impl fmt::Display for Summary {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -258,6 +280,7 @@ impl fmt::Display for Summary {
             let verdict = verdict.to_string();
             writeln!(f, "{name:<width$}{kind:<9}{verdict:<11}{steps:>9}{wall_seconds:>10.1} s")?;
         }
+        self.limits(f)?;
         self.stages.last().map_or(Ok(()), |last| write!(f, "\n{last}"))
     }
 }
