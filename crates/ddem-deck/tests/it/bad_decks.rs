@@ -29,6 +29,7 @@ macro_rules! bad_decks {
 // No TOML, or no deck.
 bad_decks! {
     syntax_text_without_quotes: "material = \"rock\"" => "material = rock";
+    syntax_line_of_words: "density = 2400" => "density 2400";
     syntax_list_not_closed: "gravity = [0.0, 0.0, -9.81]" => "gravity = [0.0, 0.0, -9.81";
     syntax_key_twice: "density = 2400" => "density = 2400\ndensity = 2500";
     unknown_key: "density = 2400" => "denisty = 2400";
@@ -56,6 +57,11 @@ bad_decks! {
     joint_of_number: "joint = \"seam\"" => "joint = 5";
     time_step_of_text: "time_step = \"auto\"" => "time_step = \"automatic\"";
     damping_of_text: "damping = \"none\"" => "damping = \"no\"";
+    names_with_escape_sequences: "density = 2400" => "\"\\u001b[31m\" = 2400";
+    title_with_escape_sequences: "title = \"" => "title = \"\\u001b]0;",
+        "name = \"mid\"" => "name = \"mi\\u0007d\"";
+    numbers_beyond_all_quantities: "density = 2400" => "density = 1e300", "gravity = [0.0, 0.0, -9.81]" => "gravity = [0.0, 0.0, -1.1e30]",
+        "size = [12.0, 3.0, 3.0]" => "size = [6e300, 3.0, 3.0]";
     damping_of_number: "damping = \"none\"" => "damping = 0.05";
     damping_unknown: "{ ratio = 0.05 }" => "{ ration = 0.05 }";
     damping_of_two: "{ ratio = 0.05 }" => "{ ratio = 0.05, mass = 2.0 }";

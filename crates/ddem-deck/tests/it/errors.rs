@@ -122,6 +122,8 @@ fn run_errors() -> Vec<RunError> {
         unreachable_tolerance(Some(1e-6), None),
         unreachable_tolerance(Some(0.0), None),
         unreachable_tolerance(None, Some(1e6)),
+        unreachable_tolerance(None, Some(10.0)),
+        with_ratio(unreachable_tolerance(Some(0.0), None), 0.1),
     ]
 }
 
@@ -159,6 +161,14 @@ fn unreachable_tolerance(thickness: Option<f64>, far: Option<f64>) -> RunError {
         joint: thickness.map(|thickness| ("seam".to_owned(), thickness)),
         far,
     }
+}
+
+/// Same error with another unbalanced ratio.
+fn with_ratio(mut error: RunError, to: f64) -> RunError {
+    if let RunError::UnreachableTolerance { ratio, .. } = &mut error {
+        *ratio = to;
+    }
+    error
 }
 
 #[test]
@@ -203,6 +213,13 @@ fn run_failures() -> Vec<RunFailure> {
         OutputError::DiskFull { path: path(), operation, source: refused().into() },
         OutputError::Busy { path: path(), operation, source: refused().into() },
         OutputError::Io { path: path(), operation, error: refused() },
+        OutputError::Io { path: path(), operation: "reopening", error: refused() },
+        OutputError::Io {
+            path: path(),
+            operation,
+            error: io::Error::other("File too large (os error 27)"),
+        },
+        OutputError::Gone { path: path(), operation, source: refused().into() },
         OutputError::Format { path: path(), operation, error: "no table".into() },
         OutputError::Unusable { path: path(), message: "no frames".to_owned() },
         OutputError::Mismatch { path: path(), message: "2 rows".to_owned() },
@@ -237,4 +254,24 @@ fn run_failure_messages() {
     }
     let messages: Vec<String> = failures.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(messages.join("\n"));
+}
+
+/// A program that writes a wrong deck makes the same mistake in each of very many entries. All are found, a hundred are
+/// listed, and the time does not grow with the square of their number.
+#[test]
+fn very_many_mistakes_are_listed_in_part() {
+    let entry = "[[load]]\nwhere = { z = 0.0 }\nforce = [1, 2]\n";
+    let start = std::time::Instant::now();
+    let error = parse(&entry.repeat(20_000), "loads.toml").err().unwrap();
+    let text = error.to_string();
+    let report = error.report(false);
+    assert!(start.elapsed().as_secs_f64() < 10.0, "{:?}", start.elapsed());
+    assert_eq!(error.findings().len(), 20_000);
+    let last = error.findings().last().unwrap();
+    assert_eq!((last.line, last.column), (60_000, 9));
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 102);
+    assert_eq!(lines[0], "the deck `loads.toml` has 20000 mistakes");
+    assert_eq!(lines[101], "… and 19900 more");
+    assert!(report.ends_with("\n… and 19980 more\n"), "{report}");
 }

@@ -134,3 +134,13 @@ fn interfaces_and_selections() {
     }
     insta::assert_snapshot!(found);
 }
+
+/// A file of holes, which takes no room on the disk.
+#[test]
+fn very_large_decks_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("deck.toml");
+    fs::File::create(&path).unwrap().set_len((1 << 30) + 1).unwrap();
+    let error = read(&path).err().unwrap().to_string();
+    insta::assert_snapshot!(error.replace(&*folder.path().to_string_lossy(), "DIR"));
+}
