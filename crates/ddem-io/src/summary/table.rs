@@ -235,7 +235,7 @@ impl StageSummary {
 }
 
 impl Summary {
-    /// What limited the time step of each dynamic stage, and the shape of cells.
+    /// Limits of the time step of each dynamic stage, and the shape of cells.
     fn limits(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let limited =
             || self.stages.iter().filter_map(|stage| Some((stage, stage.limit.as_ref()?)));
