@@ -2,6 +2,8 @@
 
 use std::io::{BufRead, BufReader};
 use std::process::{Child, ChildStdout, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
 
 use serde_json::Value;
 
@@ -108,9 +110,16 @@ fn running_search_tells_its_trials() {
         progress.clone_from(event);
         event["event"] == "progress" && running == 2
     }));
-    // The status that follows the end of a trial has none that run.
-    let mut texts = (0..100).map(|_| desk.run("status cut").stdout);
-    let text = texts.find(|text| text.contains("   strengths / ")).unwrap();
+    // The status at the start of the search, and that after the end of a trial, has none that run.
+    let deadline = Instant::now() + Duration::from_secs(60);
+    let text = loop {
+        let text = desk.run("status cut").stdout;
+        if text.contains("   strengths / ") {
+            break text;
+        }
+        assert!(Instant::now() < deadline, "{text}");
+        sleep(Duration::from_millis(100));
+    };
     let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(kill.unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
