@@ -26,10 +26,10 @@ pub enum OutputError {
         /// The error of the system.
         source: Cause,
     },
-    /// The file or its folder was removed or renamed during the run.
+    /// The file or its folder does not exist. Something may have removed it during the run.
     #[error(
-        "{operation} {} failed: the file or its folder is no longer there: run the deck again, and leave both in their \
-         place [{}]",
+        "{operation} {} failed: the file or its folder is not there: make the folder, and leave both in their place \
+         during a run [{}]",
         path.display(), ErrorCode::FileAccess
     )]
     Gone {

@@ -15,6 +15,9 @@ use pyo3::types::PyType;
 
 use crate::notation;
 
+/// Number of the system's error for a file that does not exist.
+const ENOENT: i32 = 2;
+
 /// Exception of a class of `ddem._errors`, with its arguments.
 macro_rules! raise {
     ($py:expr, $class:literal, $arguments:expr) => {{
@@ -215,6 +218,9 @@ pub(crate) fn output(error: &OutputError) -> PyErr {
     let message = format!("{}{advice}", code.strip(&text));
     match error {
         OutputError::Io { path, error, .. } => os_error(error, path, &message, code),
+        OutputError::Gone { path, .. } => {
+            os_error(&io::Error::from_raw_os_error(ENOENT), path, &message, code)
+        }
         _ => PyOSError::new_err(format!("{message} [{code}]")),
     }
 }

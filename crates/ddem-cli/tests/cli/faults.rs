@@ -158,7 +158,7 @@ fn removed_folder_ends_the_run_with_a_message() {
     let (status, message) = end(child);
     assert_eq!(status, Some(1), "{message}");
     assert!(message.starts_with("error: ") && message.contains("a/"), "{message}");
-    let advice = ": the file or its folder is no longer there: run the deck again, and leave both in their place \
+    let advice = ": the file or its folder is not there: make the folder, and leave both in their place during a run \
                   [file-access]";
     assert!(message.trim_end().ends_with(advice), "{message}");
 }
