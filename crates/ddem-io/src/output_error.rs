@@ -188,7 +188,7 @@ impl OutputError {
     }
 }
 
-/// Operations of a run, whose folder was there when it began.
+/// Operations that write a file. If it is not found, its folder is missing.
 const WRITING: [&str; 4] = ["writing", "saving", "replacing", "copying"];
 
 /// Advice on a failed operation. Only a run that is resumed reopens its files.

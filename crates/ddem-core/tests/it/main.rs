@@ -43,6 +43,7 @@ mod relaxation_steps;
 mod resume;
 mod rigid;
 mod rotated_joints;
+mod searches;
 mod sliding_friction;
 mod stage_properties;
 mod stages;
