@@ -10,6 +10,7 @@ use ddem_mechanics::law::springs::PointSprings;
 use ddem_mechanics::law::{
     FailureMode, JointDisplacement, JointLaw, PointLoss, PointState, SpringStiffness, Traction,
 };
+use ddem_mechanics::math::lanes::Lanes;
 
 /// Slip or opening of a failed pair, as a fraction of the spacing of pairs, beyond which the
 /// remaining bonded pairs fail too: the joint has rotated too far for node pairs.
@@ -38,12 +39,58 @@ pub struct PairFailure {
     pub time: f64,
 }
 
+/// Check of bonded pairs for failure.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum FailureCheck<'a> {
+    /// No pair fails.
+    #[default]
+    None,
+    /// Overloaded pairs fail.
+    Overloaded,
+    /// Pairs fail that are still overloaded with their tractions divided by the larger divisor of the
+    /// two blocks of their joint.
+    MostLoaded {
+        /// Divisors of the blocks, by pack and lane.
+        divisors: &'a [Lanes],
+        /// True if overloaded pairs that shed no load fail too, whatever the divisor.
+        at_equilibrium: bool,
+    },
+}
+
+impl FailureCheck<'_> {
+    /// Divisor of the tractions of a joint between two blocks, by pack and lane; `None`: no pair
+    /// fails.
+    pub fn divisor(self, law: Option<&dyn JointLaw>, blocks: [(usize, usize); 2]) -> Option<f64> {
+        match self {
+            Self::None => None,
+            Self::Overloaded => Some(1.0),
+            Self::MostLoaded { divisors, at_equilibrium } => {
+                if law.is_some_and(JointLaw::sheds_load) {
+                    let [a, b] = blocks.map(|(pack, lane)| divisors[pack].0[lane]);
+                    Some(a.max(b))
+                } else {
+                    at_equilibrium.then_some(1.0)
+                }
+            }
+        }
+    }
+}
+
+/// Check of the bonded pairs of one joint.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct JointCheck {
+    /// Divisor of the tractions; `None`: no pair fails.
+    pub divisor: Option<f64>,
+    /// True if the joint has rotated: pairs with cohesion or tension that can carry the traction
+    /// also fail, in shear.
+    pub has_rotated: bool,
+}
+
 /// Context of one pass over the pairs of joints.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct PairContext<'a> {
-    /// Divisor of the tractions in the check for failure. Pairs whose divided traction still
-    /// exceeds their strength fail; `None`: no pair fails.
-    pub failure_divisor: Option<f64>,
+    /// Check for failure.
+    pub failure_check: FailureCheck<'a>,
     /// True if joints that have rotated release their bonded pairs, so that contacts can replace
     /// the joints.
     pub releases_rotated_joints: bool,
@@ -75,33 +122,31 @@ impl<'a> PairContext<'a> {
 }
 
 impl JointPoint {
-    /// Mode in which a bonded pair fails under a traction; `None` if it does not fail. If its joint
-    /// `has_rotated`, a pair with cohesion or tension that can carry the traction also fails, in
-    /// shear.
+    /// Mode in which a bonded pair fails under a traction; `None` if it does not fail.
     pub(super) fn fails<L: JointLaw + ?Sized>(
         &self,
         law: &L,
-        context: PairContext<'_>,
+        JointCheck { divisor, has_rotated }: JointCheck,
         traction: Traction,
-        has_rotated: bool,
     ) -> Option<FailureMode> {
-        let factor = context.failure_divisor.filter(|_| self.failure.is_none())?;
+        let factor = divisor.filter(|_| self.failure.is_none())?;
         let failure = law.failure(traction.normal / factor, traction.shear.norm() / factor);
         failure.or((has_rotated && law.is_cohesive()).then_some(FailureMode::Shear))
     }
 
-    /// Marks a bonded pair as failed if it fails under a traction. Returns true if it does.
+    /// Marks a bonded pair as failed if it fails under a traction at a `time`. Returns true if it
+    /// does.
     pub(super) fn fail<L: JointLaw + ?Sized>(
         &mut self,
         law: &L,
-        context: PairContext<'_>,
+        check: JointCheck,
         traction: Traction,
-        has_rotated: bool,
+        time: f64,
         losses: &mut Losses,
     ) -> bool {
-        let mode = self.fails(law, context, traction, has_rotated);
+        let mode = self.fails(law, check, traction);
         if let Some(mode) = mode {
-            self.failure = Some(PairFailure { mode, time: context.time });
+            self.failure = Some(PairFailure { mode, time });
             losses.failed[usize::from(mode == FailureMode::Tension)] += 1;
         }
         mode.is_some()

@@ -13,7 +13,7 @@ use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
 use crate::state::pass::{Input, Output, Workspace, half_work};
-use ddem_joint::broken::{BrokenLattice, SideDisplacements, SpringForces};
+use ddem_joint::broken::{BrokenLattice, LatticeCheck, SideDisplacements, SpringForces};
 use ddem_joint::kinematics::{
     ForceTarget, NodePositions, give_forces, joint_displacements, rotations, to_quarters,
 };
@@ -123,14 +123,15 @@ fn fail<S: Simd>(
     losses: &mut Losses,
     work: &mut Workspace,
 ) -> bool {
-    let Some(face) = input.face(at) else { return false };
-    let checked = input.pair_context.failure_divisor.is_some();
+    let (Some(face), Some(divisors)) = (input.face(at), input.failure_divisors(at)) else {
+        return false;
+    };
     let packs = input.moved.packs;
     let n = 3 * at.nodes(packs);
-    let context = input.pair_context;
+    let check = LatticeCheck { face, context: input.pair_context, divisors };
     let Workspace { local, g, tractions, .. } = &mut *work;
     let fields = [&local[..n], &g[..n]];
-    if !checked || (broken.is_none() && !tractions.any_failure(simd, face, context, None, fields)) {
+    if broken.is_none() && !tractions.any_failure(simd, check, None, fields) {
         return false;
     }
     let was_broken = broken.is_some();
@@ -139,7 +140,7 @@ fn fail<S: Simd>(
         Box::new(BrokenLattice::intact(packs, &packs.packs[at.pack], tables, at.offset))
     });
     let before = initial_stress_energy(simd, input, at, Some(lattice), fields[0]);
-    let fails = lattice.fail(simd, face, context, fields, tractions, losses);
+    let fails = lattice.fail(simd, check, fields, tractions, losses);
     if fails {
         work.before[..n].copy_from_slice(&work.g[..n]);
         elements(simd, input, at, Some(lattice), work);

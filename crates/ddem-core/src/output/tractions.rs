@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use fearless_simd::dispatch;
 use nalgebra::Matrix3;
+use rayon::prelude::*;
 
 use super::Snapshot;
 use crate::force::joint::face_forces;
@@ -70,19 +71,40 @@ impl Snapshot<'_> {
         )
     }
 
-    /// Largest overload of the bonded pairs, for a relaxation: the divisor of the tractions at
-    /// which none of them fails; 1 if none fails now.
-    pub(crate) fn overload(&self) -> f64 {
-        let mut most: f64 = 1.0;
-        let all = 0..self.model.n_pairs();
-        self.visit(&self.state.broken_joints, &self.state.contacts, all, |_, view| {
-            let law = self.model.laws[view.law as usize].as_ref();
+    /// Largest overload of the bonded pairs of each block, for a relaxation: the divisor of the
+    /// tractions at which none of them fails; 1 if none fails now. Without `all`, pairs that shed no load
+    /// are left out.
+    pub(crate) fn overloads(&self, all: bool) -> Vec<f64> {
+        let n = self.model.n_pairs();
+        let parts = 4 * rayon::current_num_threads();
+        let ranges = (0..parts).into_par_iter().map(|i| i * n / parts..(i + 1) * n / parts);
+        let overloads: Vec<_> = ranges
+            .filter(|pairs| !pairs.is_empty())
+            .map(|pairs| self.overloaded_blocks(pairs, all))
+            .collect();
+        let mut most = vec![1.0_f64; self.model.n_blocks()];
+        for (block, overload) in overloads.into_iter().flatten() {
+            most[block] = overload.max(most[block]);
+        }
+        most
+    }
+
+    /// Blocks of the overloaded pairs in a range, with the overload of each pair.
+    fn overloaded_blocks(&self, pairs: Range<usize>, all: bool) -> Vec<(usize, f64)> {
+        let (model, state) = (self.model, self.state);
+        let mut overloaded = Vec::new();
+        self.visit(&state.broken_joints, &state.contacts, pairs, |pair, view| {
+            let law = model.laws[view.law as usize].as_ref().filter(|law| all || law.sheds_load());
             if let Some(law) = law.filter(|_| view.point.is_none_or(|p| p.failure.is_none())) {
                 let own = view.axes.tr_mul(&view.traction);
-                most = most.max(law.overload(own.x, own.yz().norm()));
+                let overload = law.overload(own.x, own.yz().norm());
+                if overload > 1.0 {
+                    let blocks = model.joint(model.joint_of(pair)).blocks();
+                    overloaded.extend(blocks.map(|block| (block, overload)));
+                }
             }
         });
-        most
+        overloaded
     }
 
     /// True if a joint has rotated about bonded pairs so far that they must fail.

@@ -6,6 +6,7 @@ mod excavation;
 mod increment;
 mod masses;
 mod measure;
+mod most_loaded;
 mod peaks;
 mod profile;
 pub(crate) mod relax;

@@ -20,12 +20,6 @@ use crate::step::{EvaluationStep, advance_relaxing, balance};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::math::sums::StepSums;
 
-/// Unbalanced force ratio at which pairs are checked for failure, if the tolerance is not larger.
-const NEAR: f64 = 1e-4;
-/// Pairs fail together with the most loaded one if their load is at least this fraction of its
-/// load. They are equal as far as is known near equilibrium. The failure may relieve others.
-const MOST_LOADED: f64 = 0.995;
-
 /// Fraction of the path length in the last steps at which displacements have only rounding left.
 const AT_REST: f64 = 1e-12;
 
@@ -276,41 +270,6 @@ impl Simulation {
             self.keep_slip(true);
         }
         Ok(())
-    }
-
-    /// Fails the most loaded pairs; returns true if any failed. This is checked near equilibrium
-    /// only, so that no overshoot causes failure. The other pairs are checked again at the new
-    /// equilibrium. Rotated joints release their bonded pairs when nothing is overloaded.
-    fn fails_now(&mut self, progress: &mut RelaxationProgress, tolerance: f64) -> bool {
-        let near = tolerance.max(if progress.failure_checked { 0.0 } else { NEAR });
-        if self.last.ratio() > near || !progress.has_stopped(near) || !self.model.can_fail() {
-            return false;
-        }
-        progress.failure_checked = true;
-        let state = &mut *self.state;
-        state.watch.note_near_equilibrium(state.steps);
-        let overload = self.as_measured().overload();
-        let releases = overload <= 1.0;
-        if releases && !self.as_measured().has_rotated_joints() {
-            return false;
-        }
-        // The relaxation restarts from rest.
-        self.state.v.fill(Lanes::ZERO);
-        let failed = self.state.failed;
-        let (mut context, state, scratch) = self.parts();
-        context.failure_divisor = Some((MOST_LOADED * overload).max(1.0));
-        context.releases_rotated_joints &= releases;
-        let State { u, v, poses, broken_joints, contacts, .. } = state;
-        let (_, losses) =
-            balance(context, EvaluationStep { u, v, poses, broken_joints, contacts }, scratch);
-        self.add_losses(losses);
-        let fails = self.state.failed != failed;
-        if fails {
-            // The motion up to here led from equilibrium to equilibrium.
-            self.keep_slip(true);
-            self.state.restart_watch(&self.model, false);
-        }
-        fails
     }
 
     /// Relaxes to equilibrium and returns the number of steps.

@@ -7,7 +7,7 @@ use super::profile::Stopwatch;
 use ddem_joint::broken::{BrokenLattice, GroundFrame, PairTractions};
 use ddem_joint::kinematics::NodePositions;
 use ddem_joint::losses::Losses;
-use ddem_joint::point::PairContext;
+use ddem_joint::point::{FailureCheck, PairContext};
 use ddem_mechanics::math::lanes::{LANES, Lanes, Matrix, splat, transposed_product};
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::in_situ::{InSitu, InSituLattice};
@@ -101,6 +101,28 @@ impl<'a> Input<'a> {
         let packs = self.moved.packs;
         let node_pairs = &packs.numbering_of(&packs.packs[pack]).pairs[direction];
         Some(FaceLattice { node_pairs, section: self.sections.get(pack, direction)? })
+    }
+
+    /// Divisors of the tractions in the check of the joints of a lattice for failure; `None`: no
+    /// pair fails.
+    #[inline(always)]
+    pub(crate) fn failure_divisors(&self, at: JointLattice) -> Option<Lanes> {
+        let check = self.pair_context.failure_check;
+        match check {
+            FailureCheck::None => None,
+            FailureCheck::Overloaded => Some(Lanes([1.0; LANES])),
+            FailureCheck::MostLoaded { .. } => {
+                let upper = self.moved.packs.packs[at.pack].upper[at.offset];
+                let section = self.face(at)?.section;
+                Some(Lanes(std::array::from_fn(|lane| {
+                    let own = (at.pack, lane);
+                    let law = self.pair_context.law(section.laws[lane]);
+                    check
+                        .divisor(law, [own, upper.at(lane).unwrap_or(own)])
+                        .unwrap_or(f64::INFINITY)
+                })))
+            }
+        }
     }
 
     /// Part of the couple due to slip that a block takes against its upper neighbour: all if it

@@ -27,6 +27,10 @@ pub(crate) struct RelaxationProgress {
     pub(crate) to: Vec<f64>,
     /// True if failure has been checked near this equilibrium.
     pub(crate) failure_checked: bool,
+    /// True if pairs have failed in this increment.
+    pub(crate) fails_on: bool,
+    /// Largest overload around each block at the last look since pairs have failed; none at first.
+    pub(crate) overloads: Vec<f64>,
     /// True if the masses contain smooth motions of many blocks.
     pub(crate) is_smooth: bool,
     /// True if blocks have met in this relaxation that are not joined.
@@ -81,6 +85,7 @@ impl RelaxationProgress {
 
     pub(crate) fn next_increment(&mut self) {
         self.increment += 1;
+        self.fails_on = false;
         self.rest();
     }
 
@@ -90,6 +95,7 @@ impl RelaxationProgress {
         self.last.clear();
         self.steps = 0;
         self.failure_checked = false;
+        self.overloads.clear();
         self.rounded = 0;
     }
 }

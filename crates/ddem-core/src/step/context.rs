@@ -8,6 +8,7 @@ use crate::state::State;
 use crate::state::motion::{Coefficients, Motion};
 use crate::state::pass::Viscous;
 use crate::state::view::StageView;
+use ddem_joint::point::FailureCheck;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mesh::pack::Pack;
 
@@ -21,9 +22,8 @@ pub(crate) struct Context<'a> {
     pub(super) gravity: [f64; 3],
     /// True if failed pairs and contacts have no dashpots, as in [`FirstPass`].
     pub(super) undamped: bool,
-    /// Divisor of the tractions in the check for failure, as in [`FirstPass`]; `None`: no pair
-    /// fails.
-    pub(crate) failure_divisor: Option<f64>,
+    /// Check of the bonded pairs for failure.
+    pub(crate) failure_check: FailureCheck<'a>,
     /// True if rotated joints release their bonded pairs, as in [`FirstPass`].
     pub(crate) releases_rotated_joints: bool,
     /// True if a step in which pairs fail is not taken.
@@ -49,7 +49,10 @@ impl<'a> Context<'a> {
             view,
             motion,
             gravity: (model.properties.gravity * gravity).into(),
-            failure_divisor: (!motion.fictitious && !failure_suspended).then_some(1.0),
+            failure_check: match motion.fictitious || failure_suspended {
+                true => FailureCheck::None,
+                false => FailureCheck::Overloaded,
+            },
             releases_rotated_joints: model.can_meet(),
             undamped: model.has_blast_waves(state.time, &state.stage_starts),
             waits: false,
@@ -73,7 +76,7 @@ impl<'a> Context<'a> {
             model: self.model,
             first: 0,
             u,
-            failure_divisor: self.failure_divisor,
+            failure_check: self.failure_check,
             releases_rotated_joints: self.releases_rotated_joints,
             undamped: self.undamped,
             relaxing: self.motion.fictitious,
@@ -101,7 +104,8 @@ impl<'a> Context<'a> {
     /// True if no pair can fail, no blocks can meet and no energies are requested. Then a pack
     /// needs nothing from packs that come after it but their positions.
     pub(super) fn is_unbreakable(&self) -> bool {
-        let fails = self.failure_divisor.is_some() && self.model.laws.iter().any(Option::is_some);
+        let checked = !matches!(self.failure_check, FailureCheck::None);
+        let fails = checked && self.model.laws.iter().any(Option::is_some);
         let alone = self.model.contact.is_none() && !self.model.has_shared_motion();
         !fails && alone && !self.energies
     }

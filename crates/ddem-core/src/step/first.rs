@@ -18,7 +18,7 @@ use ddem_joint::contact::{
 };
 use ddem_joint::kinematics::NodePositions;
 use ddem_joint::losses::{LossSums, Losses};
-use ddem_joint::point::PairContext;
+use ddem_joint::point::{FailureCheck, PairContext};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::exact::ExactSum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
@@ -37,9 +37,8 @@ pub(crate) struct FirstPass<'a> {
     pub(crate) first: usize,
     /// Displacements `[m]`.
     pub(crate) u: &'a [Lanes],
-    /// Divisor of the tractions in the check for failure. Pairs whose divided traction still
-    /// exceeds their strength fail; `None`: no pair fails.
-    pub(crate) failure_divisor: Option<f64>,
+    /// Check of the bonded pairs for failure.
+    pub(crate) failure_check: FailureCheck<'a>,
     /// True if joints that have rotated release their bonded pairs.
     pub(crate) releases_rotated_joints: bool,
     /// True if slip continues from the last equilibrium. [`PairContext`] has this flag and
@@ -70,7 +69,7 @@ impl<'a> FirstPass<'a> {
             model,
             first: 0,
             u,
-            failure_divisor: None,
+            failure_check: FailureCheck::None,
             releases_rotated_joints: false,
             relaxing: false,
             undamped: false,
@@ -88,11 +87,11 @@ impl<'a> FirstPass<'a> {
     /// Context of the pairs.
     fn pair_context(&self) -> PairContext<'a> {
         let Self {
-            model, failure_divisor, releases_rotated_joints, relaxing, undamped, time, ..
+            model, failure_check, releases_rotated_joints, relaxing, undamped, time, ..
         } = *self;
         let time_step = self.last.map(|_| self.du.1);
         PairContext {
-            failure_divisor,
+            failure_check,
             releases_rotated_joints,
             relaxing,
             undamped,

@@ -53,7 +53,7 @@ pub(crate) fn withstands_damage(deck: &Deck, saved: &Saved, places: usize) {
 #[test]
 fn state_layout_change_needs_new_format() {
     let start = simulation(&crate::mixture::mixture(Kinematics::Corotational)).save();
-    assert_eq!((start.bytes()[0], start.bytes().len()), (6, 81_804));
+    assert_eq!((start.bytes()[0], start.bytes().len()), (7, 81_804));
 }
 
 /// Errors distinguish the reasons and say what to do.

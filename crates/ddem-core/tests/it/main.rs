@@ -23,6 +23,7 @@ mod equations;
 mod excavated_contacts;
 mod excavation;
 mod exposed_faces;
+mod failing_places;
 mod filling;
 mod fragments;
 mod in_situ;

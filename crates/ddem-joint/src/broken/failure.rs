@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::BrokenLattice;
 use super::springs::{across, at, elastic_traction, lane_axes};
 use crate::losses::Losses;
-use crate::point::{JointPoint, PairContext, PairFailure, components, vector};
+use crate::point::{JointCheck, JointPoint, PairContext, PairFailure, components, vector};
 use ddem_mechanics::law::{FailureMode, JointLaw};
 use ddem_mechanics::math::lanes::{
     LANES, Lanes, add, dot, load, load_at, scale, splat, sub, transposed_times,
@@ -14,6 +14,17 @@ use ddem_mechanics::math::lanes::{
 use ddem_mesh::NO_JOINT;
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
 use ddem_mesh::numbering::NodePair;
+
+/// Check of the bonded pairs of a joint lattice for failure.
+#[derive(Clone, Copy)]
+pub struct LatticeCheck<'a> {
+    /// Pairs and section of the lattice.
+    pub face: FaceLattice<'a>,
+    /// Context of the pairs.
+    pub context: PairContext<'a>,
+    /// Divisors of the tractions of each lane.
+    pub divisors: Lanes,
+}
 
 /// Tractions of the pairs of a joint lattice, pair by pair and lane by lane.
 #[derive(Debug, Default)]
@@ -31,11 +42,11 @@ impl PairTractions {
     pub fn any_failure<S: Simd>(
         &mut self,
         simd: S,
-        FaceLattice { node_pairs, section }: FaceLattice<'_>,
-        context: PairContext<'_>,
+        check: LatticeCheck<'_>,
         broken: Option<&BrokenLattice>,
         [local, g]: [&[Lanes]; 2],
     ) -> bool {
+        let LatticeCheck { face: FaceLattice { node_pairs, section }, context, divisors } = check;
         if section.laws.iter().all(|&law| context.law(law).is_none()) {
             return false;
         }
@@ -46,8 +57,8 @@ impl PairTractions {
         let axes = lane_axes(simd, section);
         let direction = axes.map(|row| row[0]);
         let any_failed = broken.is_some_and(BrokenLattice::has_any_failed);
-        let divisor = context.failure_divisor.unwrap_or(1.0);
-        let half = splat(simd, 0.5 / divisor);
+        let divisor = divisors.load(simd);
+        let half = splat(simd, 0.5) / divisor;
         let per_quarter = section.per_quarter.load(simd);
         let stiffness = section.stiffnesses().map(|k| k.load(simd));
         let targets =
@@ -107,34 +118,33 @@ impl BrokenLattice {
     pub fn fail<S: Simd>(
         &mut self,
         simd: S,
-        face: FaceLattice<'_>,
-        context: PairContext<'_>,
+        check: LatticeCheck<'_>,
         [local, g]: [&[Lanes]; 2],
         tractions: &mut PairTractions,
         losses: &mut Losses,
     ) -> bool {
-        if context.failure_divisor.is_none() || !self.bonded {
+        if !self.bonded {
             return false;
         }
-        let overloaded = tractions.any_failure(simd, face, context, Some(self), [local, g]);
+        let overloaded = tractions.any_failure(simd, check, Some(self), [local, g]);
         let has_rotated: [bool; LANES] = std::array::from_fn(|lane| {
-            context.releases_rotated_joints && self.has_rotated(face.section, lane)
+            check.context.releases_rotated_joints && self.has_rotated(check.face.section, lane)
         });
         if !overloaded && has_rotated == [false; LANES] {
             return false;
         }
-        self.fail_each(face, context, [local, g], has_rotated, losses)
+        self.fail_each(check, [local, g], has_rotated, losses)
     }
 
     /// Fails the overloaded bonded pairs one by one, and all bonded pairs of joints that have rotated.
     fn fail_each(
         &mut self,
-        FaceLattice { node_pairs, section }: FaceLattice<'_>,
-        context: PairContext<'_>,
+        check: LatticeCheck<'_>,
         [local, g]: [&[Lanes]; 2],
         has_rotated: [bool; LANES],
         losses: &mut Losses,
     ) -> bool {
+        let LatticeCheck { face: FaceLattice { node_pairs, section }, context, divisors } = check;
         let before = self.newly_failed.len();
         self.bonded = false;
         for (p, node_pair) in node_pairs.iter().enumerate() {
@@ -145,7 +155,8 @@ impl BrokenLattice {
                 let area = section.quarter.0[lane] * node_pair.elements().len() as f64;
                 let force = element_force(g, section, node_pair, lane)
                     + elastic_force(&point, section, lane, node_pair, local);
-                if !point.fail(law, context, components(force / area), has_rotated, losses) {
+                let check = JointCheck { divisor: Some(divisors.0[lane]), has_rotated };
+                if !point.fail(law, check, components(force / area), context.time, losses) {
                     self.bonded = true;
                     continue;
                 }

@@ -21,7 +21,7 @@ use ddem_mesh::joint_sections::{JointSection, JointSections};
 use ddem_mesh::numbering::NodePair;
 use ddem_mesh::pack::{Pack, Packs};
 
-pub use failure::PairTractions;
+pub use failure::{LatticeCheck, PairTractions};
 pub use points::LatticePoints;
 pub use prefetch::prefetch;
 pub use springs::{GroundFrame, SideDisplacements, SpringForces};

@@ -12,7 +12,7 @@ use super::nodal_areas;
 use super::patch_builder::PatchBuilder;
 use super::release::{JointLoad, JointStatus};
 use super::{CombinedSurface, Configuration, ContactBlock, ContactModel, ContactPoint, Patch};
-use crate::point::{JointPoint, PairContext, has_rotated};
+use crate::point::{JointCheck, JointPoint, PairContext, has_rotated};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::law::{FailureMode, SpringStiffness};
 use ddem_mechanics::math::lanes::Lanes;
@@ -254,6 +254,22 @@ impl Patch {
         self.bond.is_some() && has_rotated(self.pairs().copied(), self.spacing(configuration))
     }
 
+    /// Check of its bonded pairs for failure.
+    pub(super) fn check(
+        &self,
+        configuration: &Configuration<'_>,
+        context: PairContext<'_>,
+    ) -> JointCheck {
+        let blocks = self.blocks.map(|block| {
+            let ContactBlock { pack, lane, .. } = configuration.blocks[block as usize];
+            (pack, lane)
+        });
+        let law = self.bond.and_then(|bond| context.law(bond.law));
+        let divisor = context.failure_check.divisor(law, blocks);
+        let has_rotated = context.releases_rotated_joints && self.has_rotated(configuration);
+        JointCheck { divisor, has_rotated }
+    }
+
     /// Numbers of pairs that would fail now, in shear and in tension.
     pub(super) fn failing(
         &self,
@@ -263,12 +279,12 @@ impl Patch {
         let mut failing = [0; 2];
         let Some(law) = self.bond.and_then(|bond| context.law(bond.law)) else { return failing };
         let axes = self.present_frame(configuration);
-        let has_rotated = context.releases_rotated_joints && self.has_rotated(configuration);
+        let check = self.check(configuration, context);
         for point in &self.points {
             let relative_position = configuration.relative_position(self.blocks, &point.points);
             let own = axes.tr_mul(&relative_position);
             let elastic = point.pair.elastic(self.surface.stiffness, own);
-            if let Some(mode) = point.pair.fails(law, context, elastic, has_rotated) {
+            if let Some(mode) = point.pair.fails(law, check, elastic) {
                 failing[usize::from(mode == FailureMode::Tension)] += 1;
             }
         }

@@ -82,10 +82,7 @@ impl Patch {
             // The new points have inherited the dashpot tractions of the old ones.
             springs.time_step = None;
         }
-        let (is_joint, has_rotated) = (
-            self.bond.is_some(),
-            context.releases_rotated_joints && self.has_rotated(configuration),
-        );
+        let check = self.bond.map(|_| self.check(configuration, context));
         let (blocks, spacing) = (self.blocks, self.spacing(configuration));
         let has_friction = self.surface.friction.has_friction();
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
@@ -93,11 +90,11 @@ impl Patch {
             let point = &mut self.points[i];
             let relative_position = configuration.relative_position(blocks, &point.points);
             let own = axes.tr_mul(&relative_position);
-            let loss = if is_joint {
+            let loss = if let Some(check) = check {
                 let pair = &mut point.pair;
                 let elastic = pair.elastic(self.surface.stiffness, own);
                 let fails = law
-                    .is_some_and(|law| pair.fail(law, context, elastic, has_rotated, &mut losses));
+                    .is_some_and(|law| pair.fail(law, check, elastic, context.time, &mut losses));
                 let du = fails.then(|| {
                     pair.begin(elastic, own.x - pair.origin.x);
                     axes.tr_mul(

@@ -34,6 +34,10 @@ impl JointLaw for BlendedLaw {
         self.mix(|law| law.residual(normal))
     }
 
+    fn sheds_load(&self) -> bool {
+        self.laws.iter().any(|law| law.sheds_load())
+    }
+
     fn tan_dilation(&self) -> f64 {
         self.mix(|law| law.tan_dilation())
     }

@@ -196,6 +196,13 @@ pub trait JointLaw: Debug + Send + Sync {
         self.tension() > 0.0 || self.peak(0.0) > 0.0
     }
 
+    /// False if a pair that has failed always carries as much as a bonded one: strength without
+    /// tension that is the same after failure. Pairs that shed load fail one after
+    /// another in a relaxation, the others at once.
+    fn sheds_load(&self) -> bool {
+        true
+    }
+
     /// Opening per unit of slip, `tan ψ`.
     fn tan_dilation(&self) -> f64 {
         0.0

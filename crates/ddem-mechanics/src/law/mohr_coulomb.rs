@@ -35,6 +35,12 @@ impl JointLaw for MohrCoulomb {
         (self.residual_cohesion - normal * self.tan_residual_friction).max(0.0)
     }
 
+    fn sheds_load(&self) -> bool {
+        self.tension > 0.0
+            || [self.cohesion, self.tan_friction]
+                != [self.residual_cohesion, self.tan_residual_friction]
+    }
+
     fn tan_dilation(&self) -> f64 {
         self.tan_dilation
     }

@@ -27,6 +27,10 @@ impl JointLaw for ReducedLaw {
         self.law.residual(normal) / self.factor
     }
 
+    fn sheds_load(&self) -> bool {
+        self.law.sheds_load()
+    }
+
     fn tan_dilation(&self) -> f64 {
         // Slope of the strength at low pressure.
         let friction = self.law.residual(-1.0) - self.law.residual(0.0);

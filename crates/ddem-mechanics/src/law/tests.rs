@@ -59,6 +59,27 @@ fn at(normal: f64, shear: f64) -> JointDisplacement {
 }
 
 #[test]
+fn strength_that_stays_sheds_no_load() {
+    let sheds = |[cohesion, residual_cohesion]: [f64; 2], tension: f64, residual: f64| {
+        let [tan_friction, tan_residual_friction] = [35.0, residual].map(tan);
+        let law = MohrCoulomb {
+            cohesion,
+            residual_cohesion,
+            tension,
+            tan_friction,
+            tan_residual_friction,
+            ..MohrCoulomb::default()
+        };
+        let reduced = ReducedLaw { law: Arc::new(law), factor: 1.3 };
+        assert_eq!(reduced.sheds_load(), law.sheds_load());
+        law.sheds_load()
+    };
+    assert!(!sheds([0.0; 2], 0.0, 35.0) && !sheds([1e3; 2], 0.0, 35.0));
+    assert!(sheds([1e3, 0.0], 0.0, 35.0) && sheds([1e3, 500.0], 0.0, 35.0));
+    assert!(sheds([0.0; 2], 1e3, 35.0) && sheds([0.0; 2], 0.0, 30.0));
+}
+
+#[test]
 fn bonded_point_fails_at_its_strength() {
     let law = coulomb(None);
     assert_eq!(law.failure(0.999e6, 0.0), None);

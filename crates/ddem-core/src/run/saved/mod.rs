@@ -18,7 +18,7 @@ use crate::state::{RelaxationProgress, State};
 use ddem_mechanics::math::simd::Simd;
 
 /// Number of the encoding. Any change of its fields requires another number.
-const FORMAT: u32 = 6;
+const FORMAT: u32 = 7;
 
 /// State of a simulation without its model, as bytes. Store it, and pass it to
 /// [`Simulation::restore`].
