@@ -16,7 +16,7 @@ impl Simulation {
     /// Contacts that the masses account for at the present state.
     pub(super) fn contact_masses(&self, progress: &RelaxationProgress) -> ContactMasses {
         let has_failed = self.state.failed != [0; 2];
-        ContactMasses::new(&self.model, &self.state.contacts, !progress.has_met, has_failed)
+        ContactMasses::new(&self.model, &self.state.contacts, progress, has_failed)
     }
 
     /// Masses with which Δt = 1 is stable, for the present contacts and for the gas of charges at
@@ -26,32 +26,66 @@ impl Simulation {
         progress: &RelaxationProgress,
         stop: &dyn Fn() -> bool,
     ) -> Result<Preconditioner, RunError> {
-        let span = self.scratch.profiler.begin();
-        let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
-        for (node, axis) in self.view.conditions.held() {
-            held.entry(node).or_default()[axis] = true;
+        self.masses_for(self.contact_masses(progress), progress, stop)
+    }
+
+    /// Masses for other contacts than those of `former` masses. If only contacts of rigid cells are
+    /// different, the largest eigenvalue is still known.
+    pub(super) fn masses_after(
+        &mut self,
+        former: &Preconditioner,
+        contact_masses: ContactMasses,
+        progress: &RelaxationProgress,
+    ) -> Result<Preconditioner, RunError> {
+        if former.contact_masses.without_cells() != contact_masses.without_cells() {
+            return self.masses_for(contact_masses, progress, &|| false);
         }
+        let span = self.scratch.profiler.begin();
+        let mut masses = Preconditioner::new(&self.model, &self.held(), contact_masses, &|| false)?;
+        masses.scale_to(LARGEST, former.largest);
+        self.scratch.profiler.end(span, Phase::Relaxation);
+        Ok(masses)
+    }
+
+    fn masses_for(
+        &mut self,
+        contact_masses: ContactMasses,
+        progress: &RelaxationProgress,
+        stop: &dyn Fn() -> bool,
+    ) -> Result<Preconditioner, RunError> {
+        let span = self.scratch.profiler.begin();
+        let held = self.held();
+        let joints_only = contact_masses.without_cells();
+        let mut masses = Preconditioner::new(&self.model, &held, joints_only, stop)?;
         let has_failed = self.state.failed != [0; 2];
-        let contact_masses = self.contact_masses(progress);
-        let mut preconditioner = Preconditioner::new(&self.model, &held, contact_masses, stop)?;
         let mut largest: f64 = 0.0;
         for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {
             let mut broken_joints = self.model.tangent(broken);
             let found = largest_clustered(
                 &self.model,
-                &mut preconditioner,
+                &mut masses,
                 &mut broken_joints,
                 &mut self.scratch,
                 stop,
             )?;
             largest = largest.max(found);
         }
-        largest += self.gas(&mut preconditioner, &progress.to);
-        // Contacts are at most as stiff as their part of the masses, and add to the other
-        // stiffness.
-        preconditioner.scale(LARGEST / (largest + if contact_masses.any { 1.0 } else { 0.0 }));
+        largest += self.gas(&mut masses, &progress.to);
+        if masses.contact_masses != contact_masses {
+            masses = Preconditioner::new(&self.model, &held, contact_masses, stop)?;
+        }
+        masses.scale_to(LARGEST, largest);
         self.scratch.profiler.end(span, Phase::Relaxation);
-        Ok(preconditioner)
+        Ok(masses)
+    }
+
+    /// Held degrees of freedom, by node.
+    fn held(&self) -> HashMap<u32, [bool; 3]> {
+        let mut held: HashMap<u32, [bool; 3]> = HashMap::new();
+        for (node, axis) in self.view.conditions.held() {
+            held.entry(node).or_default()[axis] = true;
+        }
+        held
     }
 
     /// Largest eigenvalue added by the gas of the charges in force.

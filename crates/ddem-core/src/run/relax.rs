@@ -114,7 +114,7 @@ impl Simulation {
             self.view.factors = progress.present_factors();
         }
         let preconditioner = self.masses(&progress, stop)?;
-        progress.has_met |= !preconditioner.contact_masses.joined;
+        preconditioner.contact_masses.note(&mut progress);
         self.relaxation = Some(Relaxation { progress, preconditioner });
         Ok(())
     }
@@ -153,9 +153,9 @@ impl Simulation {
         let sums = self.unbalanced_sums(progress)?;
         let contact_masses = self.contact_masses(progress);
         if preconditioner.contact_masses != contact_masses {
-            progress.has_met |= !contact_masses.joined;
+            contact_masses.note(progress);
             // This overwrites the forces: the step is not taken, and the next begins from rest.
-            *preconditioner = self.masses(progress, &|| false)?;
+            *preconditioner = self.masses_after(preconditioner, contact_masses, progress)?;
             self.state.v.fill(Lanes::ZERO);
             progress.rest();
             return Ok(Relaxed::Moving);

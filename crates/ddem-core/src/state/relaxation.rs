@@ -33,8 +33,10 @@ pub(crate) struct RelaxationProgress {
     pub(crate) overloads: Vec<f64>,
     /// True if the masses contain smooth motions of many blocks.
     pub(crate) is_smooth: bool,
-    /// True if blocks have met in this relaxation that are not joined.
+    /// True if blocks have met in this relaxation between which smooth motions do not hold.
     pub(crate) has_met: bool,
+    /// Rigid cells that have been in contact in this relaxation, sorted.
+    pub(crate) contact_cells: Vec<u32>,
     /// True if blocks have rotated far, so that the masses rotate with them.
     pub(crate) has_rotated: bool,
     /// Number of successive checks at which only rounding was out of balance.

@@ -33,9 +33,14 @@ fn member<'a>(model: &'a Model, poses: &'a [Poses], part: &BodyPart) -> RigidBlo
 }
 
 /// Wrench of the forces `f` on the corners of all parts of a body.
-pub(super) fn wrench(model: &Model, body: usize, poses: &[Poses], f: &[Lanes]) -> SpatialVector {
+pub(super) fn wrench(
+    model: &Model,
+    parts: &[BodyPart],
+    poses: &[Poses],
+    f: &[Lanes],
+) -> SpatialVector {
     let mut sum = SpatialVector::default();
-    for part in model.assembly.bodies.parts(body) {
+    for part in parts {
         let own = member(model, poses, part).resultant(&f[node_start(&model.packs, part.pack)..]);
         sum.linear += own.linear;
         sum.angular += own.angular;
@@ -64,9 +69,10 @@ pub(super) fn step_under(
     poses: &[Poses],
     f: &[Lanes],
 ) -> RigidStep {
-    let first = member(context.model, poses, &context.model.assembly.bodies.parts(body)[0]);
+    let parts = context.model.assembly.bodies.parts(body);
+    let first = member(context.model, poses, &parts[0]);
     let constraint = constraint(context, body, poses);
-    let wrench = wrench(context.model, body, poses, f);
+    let wrench = wrench(context.model, parts, poses, f);
     rigid_step(context.motion, &first, wrench, constraint.as_ref())
 }
 
@@ -84,7 +90,7 @@ pub(super) fn advance(
     let bodies = &model.assembly.bodies;
     let of_body = |body: usize| {
         let parts = bodies.parts(body);
-        let mut wrench = wrench(model, body, poses, f);
+        let mut wrench = wrench(model, parts, poses, f);
         for part in parts {
             wrench.angular += at(&torques[part.pack], 0, part.lane);
         }

@@ -37,6 +37,7 @@ pub(crate) fn largest_clustered(
     const GROWS: f64 = 1.05;
     let n = 3 * model.packs.nodes;
     let (mut x, mut next) = (start(model, n), vec![Lanes::ZERO; n]);
+    preconditioner.start_bonds(model, &mut x);
     let mut sums = vec![[0.0; 3]; model.packs.packs.len()];
     let rest = vec![[Pose::default(); LANES]; model.packs.rigid];
     let (mut largest, mut growth) = (0.0, 0.0);
@@ -48,6 +49,7 @@ pub(crate) fn largest_clustered(
             return Err(RunError::Stopped);
         }
         internal_forces(FirstPass::linear(model, &x), broken_joints, scratch);
+        preconditioner.add_bonds(model, &x, &mut scratch.f);
         preconditioner.respond(model, &rest, &scratch.f, scratch.level);
         let preconditioner = &*preconditioner;
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.

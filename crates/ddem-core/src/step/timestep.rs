@@ -321,20 +321,29 @@ fn tied_returns(model: &Model) -> Vec<Vec<Lanes>> {
     model.assembly.inertia.iter().map(class).collect()
 }
 
+/// Fixed sequence of numbers between −½ and ½.
+pub(crate) struct XorShift(pub(crate) u64);
+
+impl XorShift {
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+    }
+}
+
 /// Unit vector that favours no mode: numbers of a fixed sequence for each pack, 0 in lanes without
 /// a block and in parts of bodies. It is zero if all blocks are parts of bodies.
 pub(super) fn start(model: &Model, n: usize) -> Vec<Lanes> {
     let mut q = vec![Lanes::ZERO; n];
     let square = over_packs(model, [&mut q], |pack, _, [q]| {
         let Pack { rigid, filled, rigid_start, .. } = model.packs.packs[pack];
-        let mut seed = 0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(2 * pack as u64 + 1);
+        let mut random = XorShift(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(2 * pack as u64 + 1));
         let mut own = 0.0;
         for q in q.iter_mut().take(if rigid { 6 } else { usize::MAX }) {
             for lane in 0..filled {
-                seed ^= seed << 13;
-                seed ^= seed >> 7;
-                seed ^= seed << 17;
-                let x = (seed >> 11) as f64 / (1u64 << 53) as f64 - 0.5;
+                let x = random.next();
                 if rigid && model.assembly.bodies.body(rigid_start, lane).is_some() {
                     continue;
                 }

@@ -1,6 +1,7 @@
 //! Number of steps of a relaxation: it hardly grows with the number of blocks.
 
 use ddem_core::Simulation;
+use ddem_deck::Body;
 
 use crate::decks::*;
 
@@ -30,6 +31,21 @@ fn steps_hardly_grow_with_the_number_of_blocks() {
     let (_, mut exact) = steps([12; 3], 2);
     exact.relax(1e-9, 5000).unwrap_or_else(|error| panic!("{error}"));
     assert!((largest(&simulation) / largest(&exact) - 1.0).abs() < 1e-3);
+}
+
+#[test]
+fn steps_hardly_grow_with_the_number_of_rigid_blocks() {
+    let steps = |edge: u32| {
+        let mut deck = deck([edge; 3], [f64::from(edge); 3], 1, 0.01);
+        deck.blocks[0].body = Body::Rigid;
+        deck.model.gravity = [0.0, 0.0, -9.81];
+        deck.fix.push(fix(plane(2, 0.0), "xyz"));
+        let mut simulation = simulation(&deck);
+        simulation.relax(1e-5, 5000).unwrap_or_else(|error| panic!("{error}"))
+    };
+    let (few, many) = (steps(6), steps(12));
+    println!("{few} and {many} steps");
+    assert!(few < 100 && 2 * many <= 3 * few, "{few} and {many} steps");
 }
 
 /// A wall of one block in thickness, and a beam that bends: functions over many blocks that are

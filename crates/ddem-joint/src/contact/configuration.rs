@@ -170,6 +170,11 @@ impl ContactBlock {
         (self.rest(point), most.0)
     }
 
+    /// Distance of its centre from that of another block at rest `[m]`.
+    pub(super) fn distance(&self, other: &Self) -> f64 {
+        (other.middle - self.middle).norm()
+    }
+
     /// Position of a point at rest `[m]`.
     #[inline(always)]
     fn rest(&self, point: &SurfacePoint) -> Vec3 {

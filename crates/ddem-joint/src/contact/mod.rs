@@ -76,6 +76,10 @@ pub use surfaces::{CombinedSurface, ContactSurfaces};
 /// Motion of two blocks against each other at which their patch is remade, and distance at which
 /// they get one, as a fraction of an element edge.
 const CONTACT_DISTANCE: f64 = 0.02;
+/// Distance of the centres of two neighbours at rest, over the sum of their sizes. They may have been
+/// apart a little.
+const NEIGHBOURS: f64 = 1.5;
+
 /// Two points that face each other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactPoint {
@@ -209,6 +213,21 @@ impl Contacts {
     pub fn add_released(&mut self, ended: impl IntoIterator<Item = ReleasedJoint>) {
         self.ended.extend(ended);
         self.ended.sort_by_key(|ended| ended.blocks);
+    }
+
+    /// Bodies in contact, or whose joint a contact has replaced.
+    pub fn touching(&self) -> impl Iterator<Item = [u32; 2]> {
+        let loose = self.patches.iter().filter(|patch| patch.bond.is_none());
+        let loose = loose.map(|patch| patch.blocks);
+        loose.chain(self.ended.iter().map(|ended| ended.blocks))
+    }
+
+    /// True if all contacts are between bodies that were beside each other at rest.
+    pub fn are_of_neighbours(&self, blocks: &[ContactBlock]) -> bool {
+        let loose = self.patches.iter().filter(|patch| patch.bond.is_none());
+        loose.map(|patch| patch.blocks.map(|block| block as usize)).all(|[a, b]| {
+            blocks[a].distance(&blocks[b]) <= NEIGHBOURS * (blocks[a].size + blocks[b].size)
+        })
     }
 
     /// Index of the patch of two blocks, or its insertion point.

@@ -2,36 +2,73 @@
 
 use super::MassContext;
 use crate::model::Model;
+use crate::state::RelaxationProgress;
 use ddem_joint::contact::{ContactModel, ContactSurfaces, Contacts, JointStatus, outer};
 use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::law::SpringStiffness;
 
 /// Contacts that the masses account for; a function of the state.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ContactMasses {
-    /// True if contacts may be on faces without a joint.
-    pub(crate) any: bool,
-    /// True if all blocks that touch are still joined as at the start. Then facing corners move as
-    /// one in smooth motions of many blocks.
-    pub(crate) joined: bool,
+    /// True if contacts may be on faces without a joint, other than those of rigid cells.
+    any: bool,
+    /// True if smooth motions of many blocks are those of neighbours: deformable blocks that touch are
+    /// still joined as at the start, and rigid ones touch only what was beside them.
+    pub(crate) smooth: bool,
     /// True if contacts may replace joints, some of which have moved.
     pub(super) released: bool,
+    /// Rigid cells that have been in contact, sorted.
+    pub(crate) cells: Vec<u32>,
 }
 
 impl ContactMasses {
-    /// `joined` is false if contacts have been found before in the same relaxation, and `failed` is
+    /// `progress` tells what contacts have been found before in the same relaxation, and `failed` is
     /// true if pairs have failed.
-    pub(crate) fn new(model: &Model, contacts: &Contacts, joined: bool, failed: bool) -> Self {
+    pub(crate) fn new(
+        model: &Model,
+        contacts: &Contacts,
+        progress: &RelaxationProgress,
+        failed: bool,
+    ) -> Self {
         // Without a search for contacts nobody knows how far failed pairs have moved apart.
         let searched = model.contact.as_ref().is_some_and(|contact| contact.search);
-        let joined = joined && (searched || !failed);
-        if model.contact.is_none() {
-            return Self { joined, ..Self::default() };
-        }
+        let smooth = !progress.has_met && (searched || !failed);
+        let Some(contact) = &model.contact else {
+            return Self { smooth, ..Self::default() };
+        };
         let released = contacts.joints.iter().flatten().any(|&joint| joint > JointStatus::InPlace);
         let met = released || !contacts.patches.is_empty();
-        let any = met || model.open_surfaces().is_some();
-        Self { any, released, joined: joined && !met }
+        let packs = &model.packs.packs;
+        let cell = |block: u32| {
+            let part = model.geometry.part(block as usize);
+            part.filter(|_| model.geometry.is_rigid(block as usize)).map(|part| part.cell)
+        };
+        let mut cells = progress.contact_cells.clone();
+        cells.extend(contacts.touching().flatten().filter_map(cell));
+        cells.sort_unstable();
+        cells.dedup();
+        let rigid = packs.iter().all(|pack| pack.rigid);
+        // Contacts of rigid cells count for the cells that have some.
+        let others = packs.iter().any(|pack| cell(pack.blocks[0]).is_none());
+        let any = others && (met || model.open_surfaces().is_some());
+        let neighbours = if rigid { contacts.are_of_neighbours(&contact.blocks) } else { !met };
+        Self { any, released, smooth: smooth && neighbours, cells }
+    }
+
+    /// Notes these contacts in the progress of a relaxation, which keeps them.
+    pub(crate) fn note(&self, progress: &mut RelaxationProgress) {
+        progress.has_met |= !self.smooth;
+        progress.contact_cells.clone_from(&self.cells);
+    }
+
+    /// True if contacts may exist.
+    pub(super) fn exist(&self) -> bool {
+        self.any || !self.cells.is_empty()
+    }
+
+    /// The same without contacts of rigid cells.
+    pub(crate) fn without_cells(&self) -> Self {
+        Self { cells: Vec::new(), ..*self }
     }
 }
 

@@ -6,17 +6,18 @@
 //! model. The number of steps then does not depend on the joint thickness. A node inside a block is
 //! a cluster of one.
 
+mod bond_springs;
 mod contact_masses;
 mod coupling;
 mod rigid;
 mod smooth;
+mod springs;
 mod turning;
 
 use std::collections::HashMap;
 
 use fearless_simd::{Select, Simd};
 use fearless_simd_macros::simd;
-use nalgebra::Matrix6;
 use rayon::prelude::*;
 
 use crate::error::RunError;
@@ -25,13 +26,17 @@ use crate::state::RelaxationProgress;
 use ddem_joint::contact::{ContactModel, bounds_at_nodes};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes, Vector, load_at, splat, store_at, zero};
-use ddem_mechanics::rigid::{Pose, SpatialVector};
+use ddem_mechanics::rigid::Pose;
+use ddem_mesh::PartShape;
 use ddem_mesh::assembly::Element;
 use ddem_mesh::pack::{Neighbours, Packs};
 
+use bond_springs::BondSprings;
 pub(crate) use contact_masses::ContactMasses;
 use coupling::{across, inverse_row};
+use rigid::RigidMasses;
 use smooth::SmoothMotions;
+use springs::patches_of_bodies;
 pub(crate) use turning::has_rotated;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
@@ -65,6 +70,8 @@ pub(crate) struct Relaxation {
     pub(crate) preconditioner: Preconditioner,
 }
 
+/// Marker for a pack of rigid blocks.
+const NO_CLASS: u32 = u32::MAX;
 /// Number of packs whose masses are computed together.
 const TOGETHER: usize = 1024;
 
@@ -83,22 +90,7 @@ struct MassContext<'a> {
     bonds: &'a [f64],
     /// Contact data, if blocks may meet.
     contact_model: Option<&'a ContactModel>,
-    contact_masses: ContactMasses,
-}
-
-/// Inverse masses of one pack.
-enum PackMasses {
-    Deformable(InverseMassRows),
-    Rigid(Box<rigid::Inverses>),
-}
-
-impl PackMasses {
-    fn new(around: MassContext<'_>, pack: usize) -> Result<Self, RunError> {
-        if around.model.packs.packs[pack].rigid {
-            return Ok(Self::Rigid(Box::new(rigid::inverses(around, pack))));
-        }
-        InverseMassRows::new(around, pack).map(Self::Deformable)
-    }
+    contact_masses: &'a ContactMasses,
 }
 
 /// Inverse masses of all packs; equal ones are stored once.
@@ -106,13 +98,13 @@ impl PackMasses {
 pub(crate) struct Preconditioner {
     pub(super) classes: Vec<InverseMassRows>,
     pub(super) of_pack: Vec<u32>,
-    /// Inverse masses of rigid blocks, by rigid pack.
-    rigid: Vec<rigid::Inverses>,
-    /// Inverse masses of the rigid bodies of several blocks.
-    bodies: Vec<Matrix6<f64>>,
-    /// Motions of these bodies; [`respond`](Self::respond) computes them.
-    body_motions: Vec<SpatialVector>,
+    /// Masses of rigid bodies, and their motions; [`respond`](Self::respond) computes them.
+    rigid: RigidMasses,
+    /// Joints between rigid cells.
+    bonds: BondSprings,
     pub(crate) contact_masses: ContactMasses,
+    /// Largest eigenvalue of `M⁻¹K` before the masses were scaled, without contacts.
+    pub(crate) largest: f64,
     /// Blocks around those of each pack, by an index with one base-3 digit per direction (0: the
     /// same cell, 1: the one above, 2: the one below).
     beside: Vec<[Neighbours; 27]>,
@@ -131,55 +123,56 @@ impl Preconditioner {
         stop: &dyn Fn() -> bool,
     ) -> Result<Self, RunError> {
         let couplings: Vec<Coupling> = model.assembly.elements.iter().map(coupling).collect();
-        let contact_model = model.contact.as_ref().filter(|_| contact_masses.any);
-        let bonds = bond_bounds(model, contact_masses);
+        let contact_model = model.contact.as_ref().filter(|_| contact_masses.exist());
+        let bonds = bond_bounds(model, &contact_masses);
         let around = MassContext {
             model,
             couplings: &couplings,
             held,
             bonds: &bonds,
             contact_model,
-            contact_masses,
+            contact_masses: &contact_masses,
         };
         let packs = 0..model.packs.packs.len();
         let beside = packs.into_par_iter().map(|pack| beside(model, pack)).collect();
-        let mut preconditioner = Self { contact_masses, beside, ..Self::default() };
+        let mut preconditioner = Self { beside, ..Self::default() };
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
-        let packs: Vec<usize> = (0..model.packs.packs.len()).collect();
-        for packs in packs.chunks(TOGETHER) {
+        let packs = &model.packs.packs;
+        preconditioner.of_pack = vec![NO_CLASS; packs.len()];
+        let deformable: Vec<usize> = (0..packs.len()).filter(|&pack| !packs[pack].rigid).collect();
+        for packs in deformable.chunks(TOGETHER) {
             if stop() {
                 return Err(RunError::Stopped);
             }
             // Equal masses are dropped after each group of packs, so that memory stays small.
-            let made = packs.par_iter().map(|&pack| PackMasses::new(around, pack));
-            for masses in made.collect::<Result<Vec<_>, _>>()? {
-                preconditioner.take(masses, &mut known);
+            let made = packs.par_iter().map(|&pack| InverseMassRows::new(around, pack));
+            for (mass, &pack) in made.collect::<Result<Vec<_>, _>>()?.into_iter().zip(packs) {
+                preconditioner.of_pack[pack] = preconditioner.class(mass, &mut known);
             }
         }
-        preconditioner.bodies = rigid::inverses_of_bodies(around);
-        // Parts of cells have corners inside the cells, where several tied nodes are one point.
-        let smooth = contact_masses.joined && !model.has_cells();
-        preconditioner.smooth = smooth.then(|| SmoothMotions::new(model, held)).flatten();
+        let patches = patches_of_bodies(model);
+        let (rigid, springs) = RigidMasses::new(around, &patches);
+        preconditioner.bonds = BondSprings::new(model, &rigid, &patches);
+        preconditioner.rigid = rigid;
+        let joints_are_known = preconditioner.bonds.are_all(model);
+        let smooth = contact_masses.smooth && joints_are_known && !has_deformable_cells(model);
+        preconditioner.smooth = smooth
+            .then(|| SmoothMotions::new(model, held, &preconditioner.rigid, &springs))
+            .flatten();
+        preconditioner.contact_masses = contact_masses;
         Ok(preconditioner)
     }
 
-    fn take(&mut self, masses: PackMasses, known: &mut HashMap<Vec<u64>, u32>) {
-        match masses {
-            PackMasses::Rigid(inverses) => {
-                self.rigid.push(*inverses);
-                self.of_pack.push(u32::MAX);
-            }
-            PackMasses::Deformable(mass) => {
-                let parts = mass.partner.iter().map(|p| p.part as u64);
-                let numbers = mass.rows.iter().flat_map(|row| row.0.map(f64::to_bits));
-                let key = parts.chain(numbers).collect();
-                let classes = &mut self.classes;
-                self.of_pack.push(*known.entry(key).or_insert_with(|| {
-                    classes.push(mass);
-                    classes.len() as u32 - 1
-                }));
-            }
-        }
+    /// Number of the class of some masses; `known` holds those so far.
+    fn class(&mut self, mass: InverseMassRows, known: &mut HashMap<Vec<u64>, u32>) -> u32 {
+        let parts = mass.partner.iter().map(|p| p.part as u64);
+        let numbers = mass.rows.iter().flat_map(|row| row.0.map(f64::to_bits));
+        let key = parts.chain(numbers).collect();
+        let classes = &mut self.classes;
+        *known.entry(key).or_insert_with(|| {
+            classes.push(mass);
+            classes.len() as u32 - 1
+        })
     }
 
     /// True if the masses contain smooth motions of many blocks.
@@ -187,13 +180,31 @@ impl Preconditioner {
         self.smooth.is_some()
     }
 
+    /// Sets displacements of rigid cells that favour no mode.
+    pub(crate) fn start_bonds(&self, model: &Model, x: &mut [Lanes]) {
+        self.bonds.start(model, x);
+    }
+
+    /// Adds the forces of the joints between rigid cells at the displacements `x` to the forces `f` on
+    /// all nodes.
+    pub(crate) fn add_bonds(&self, model: &Model, x: &[Lanes], f: &mut [Lanes]) {
+        self.bonds.add_forces(model, x, f);
+    }
+
+    /// Scales the masses so that the largest eigenvalue is at most `limit`, given that without
+    /// contacts. Contacts are at most as stiff as their part of the masses, and add to the other
+    /// stiffness.
+    pub(crate) fn scale_to(&mut self, limit: f64, largest: f64) {
+        self.largest = largest;
+        self.scale(limit / (largest + if self.contact_masses.exist() { 1.0 } else { 0.0 }));
+    }
+
     /// Multiplies all inverse masses by a factor.
-    pub(crate) fn scale(&mut self, factor: f64) {
+    fn scale(&mut self, factor: f64) {
         for row in self.classes.iter_mut().flat_map(|class| &mut class.rows) {
             row.0.iter_mut().for_each(|x| *x *= factor);
         }
-        let bodies = self.bodies.iter_mut();
-        self.rigid.iter_mut().flatten().chain(bodies).for_each(|inverse| *inverse *= factor);
+        self.rigid.scale(factor);
         self.smooth.iter_mut().for_each(|smooth| smooth.scale(factor));
     }
 
@@ -236,17 +247,24 @@ impl Preconditioner {
     }
 }
 
-/// Upper bounds of the stiffness of joints and contacts at each node of parts of cells `[N/m]`, the two sides and
-/// tied nodes together. A matrix `k A w wᵀ` of a point with weights w, whose sizes sum to 2, is at most
-/// the diagonal matrix of `2 k A w`.
-fn bond_bounds(model: &Model, contact_masses: ContactMasses) -> Vec<f64> {
+/// Upper bounds of the stiffness of springs at each node of parts of cells `[N/m]`, the two sides and
+/// tied nodes together: joints and contacts of deformable cells, and contacts of rigid ones. A matrix
+/// `k A w wᵀ` of a point with weights w, whose sizes sum to 2, is at most the diagonal matrix of
+/// `2 k A w`.
+fn bond_bounds(model: &Model, contact_masses: &ContactMasses) -> Vec<f64> {
+    let geometry = &model.geometry;
     let Some(contact) = model.contact.as_ref().filter(|_| model.has_cells()) else {
         return Vec::new();
     };
     let mut bounds = vec![0.0; model.n_nodes()];
-    let meets = (contact_masses.any && contact.search).then_some(&contact.surfaces);
-    let bonds = bounds_at_nodes(&model.bonded_patches, meets, &contact.blocks, &model.geometry);
-    for (node, [stiffness, _]) in bonds {
+    let meets = (contact_masses.exist() && contact.search).then_some(&contact.surfaces);
+    let has_springs = |node: usize| {
+        let block = geometry.block_of(node);
+        let touches = |part: &PartShape| contact_masses.cells.binary_search(&part.cell).is_ok();
+        !geometry.is_rigid(block) || geometry.part(block).is_some_and(touches)
+    };
+    let bonds = bounds_at_nodes(&model.bonded_patches, meets, &contact.blocks, geometry);
+    for (node, [stiffness, _]) in bonds.into_iter().filter(|(node, _)| has_springs(*node)) {
         bounds[node] += 2.0 * stiffness;
     }
     for group in model.geometry.tied_deformable() {
@@ -254,6 +272,12 @@ fn bond_bounds(model: &Model, contact_masses: ContactMasses) -> Vec<f64> {
         group.iter().for_each(|&node| bounds[node as usize] = sum);
     }
     bounds
+}
+
+/// True if some cells are deformable.
+fn has_deformable_cells(model: &Model) -> bool {
+    let is_cell = |block: u32| model.geometry.part(block as usize).is_some();
+    model.packs.packs.iter().any(|pack| !pack.rigid && is_cell(pack.blocks[0]))
 }
 
 /// Indices of the cells above in [`Preconditioner::beside`], by direction.
@@ -325,9 +349,7 @@ pub(super) fn accelerations<S: Simd>(
     let packs = &model.packs;
     let pack = &packs.packs[index];
     if pack.rigid {
-        let inverses = &preconditioner.rigid[pack.rigid_start];
-        let of_bodies = &preconditioner.body_motions;
-        rigid::accelerations(model, poses, inverses, of_bodies, index, f, out);
+        rigid::accelerations(model, poses, &preconditioner.rigid, index, out);
         return;
     }
     if preconditioner.frames.is_empty() {

@@ -1,18 +1,14 @@
-//! Fictitious masses of rigid blocks: the stiffness of all joints of a block, or of a body of several
-//! blocks, against its six motions.
-
-use nalgebra::{Matrix3, Matrix6, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
+//! Fictitious masses of rigid bodies: the stiffness of their joints against their six motions.
 
 use std::collections::HashMap;
 
+use nalgebra::{Matrix6, SymmetricEigen, UnitQuaternion, Vector6};
 use rayon::prelude::*;
 
 use super::MassContext;
-use crate::force::rigid::RigidBlock;
+use super::springs::{BodyPatch, SpringSum};
 use crate::model::Model;
 use crate::step::{Poses, bodies};
-use ddem_joint::contact::ContactSurfaces;
-use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::{MassProperties, Pose, RigidConstraint, SpatialVector};
 use ddem_mesh::pack::Pack;
@@ -20,54 +16,190 @@ use ddem_mesh::{BodyPart, Vec3};
 
 /// Fraction of the trace of the stiffness below which a motion is free.
 const NOTHING: f64 = 1e-10;
+/// Number of bodies that one thread takes at a time.
+const TOGETHER: usize = 64;
+/// Marker for a lane without a body.
+const NO_BODY: u32 = u32::MAX;
 
-/// Inverse stiffness `K⁻¹` of the six motions of the blocks of a pack. Rotations are multiplied by
-/// the size of the block.
-pub(super) type Inverses = [Matrix6<f64>; LANES];
-
-pub(super) fn inverses(around: MassContext<'_>, index: usize) -> Inverses {
-    let MassContext { model, held, .. } = around;
-    let pack = &model.packs.packs[index];
-    std::array::from_fn(|lane| {
-        // A part of a body has none of its own.
-        if lane >= pack.filled || model.assembly.bodies.body(pack.rigid_start, lane).is_some() {
-            return Matrix6::zeros();
-        }
-        let block = pack.blocks[lane] as usize;
-        let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
-        let supports = supported(held, model.geometry.blocks[block].first_node, mass_properties);
-        let stiffness = stiffness(around, block, mass_properties.size());
-        inverse(supports, mass_properties.size(), &stiffness)
-    })
+/// Rigid bodies of a model, their masses and motions.
+#[derive(Clone, Debug, Default)]
+pub(super) struct RigidMasses {
+    /// Blocks that are bodies of their own. They follow the bodies of several blocks.
+    blocks: Vec<BodyPart>,
+    /// Masses of all bodies.
+    masses: Vec<BodyMass>,
+    /// Body of each lane of the rigid packs.
+    of_lane: Vec<[u32; LANES]>,
+    /// Motions of the bodies, in their axes at rest.
+    motions: Vec<SpatialVector>,
 }
 
-/// Inverse stiffness `K⁻¹` of the six motions of each body of several blocks.
-pub(super) fn inverses_of_bodies(around: MassContext<'_>) -> Vec<Matrix6<f64>> {
-    let MassContext { model, held, bonds, .. } = around;
-    let bodies = &model.assembly.bodies;
-    let of_body = |body: usize| {
-        let of = |part: &BodyPart| {
-            let mass_properties = part_properties(model, part);
-            (mass_properties, model.geometry.blocks[part.block].first_node)
-        };
-        let parts = bodies.parts(body);
-        let size = part_properties(model, &parts[0]).size();
-        let mut stiffness = Matrix6::zeros();
-        for (mass_properties, first) in parts.iter().map(of) {
-            for corner in 0..8 {
-                let bound = bonds.get(first as usize + corner).copied().unwrap_or(0.0);
-                let turn = mass_properties.arm(corner).cross_matrix() / -size;
-                add_point(&mut stiffness, &(Matrix3::identity() * bound), &turn);
+/// Fictitious mass of a rigid body. Its rotations are multiplied by its size.
+#[derive(Clone, Debug)]
+pub(super) struct BodyMass {
+    size: f64,
+    /// Inverse stiffness `K⁻¹` against its six motions.
+    inverse: Matrix6<f64>,
+    /// Projection to the motions that its supports leave free, if it has any.
+    free: Option<Box<Matrix6<f64>>>,
+}
+
+impl RigidMasses {
+    /// Masses of all bodies, and the springs around each. `patches` gives the joints of each cell.
+    pub(super) fn new(
+        around: MassContext<'_>,
+        patches: &[Vec<BodyPatch>],
+    ) -> (Self, Vec<SpringSum>) {
+        let model = around.model;
+        let several = &model.assembly.bodies;
+        let mut masses =
+            Self { of_lane: vec![[NO_BODY; LANES]; model.packs.rigid], ..Self::default() };
+        for (number, pack) in model.packs.packs.iter().enumerate().filter(|(_, pack)| pack.rigid) {
+            for lane in 0..pack.filled {
+                let block = pack.blocks[lane] as usize;
+                if model.geometry.is_removed(block) {
+                    continue;
+                }
+                let body = several.body(pack.rigid_start, lane).unwrap_or_else(|| {
+                    masses.blocks.push(BodyPart { block, pack: number, lane });
+                    several.len() + masses.blocks.len() - 1
+                });
+                masses.of_lane[pack.rigid_start][lane] = body as u32;
             }
         }
-        let supports = parts.iter().map(of).flat_map(|(own, first)| supported(held, first, own));
-        inverse(supports, size, &stiffness)
-    };
-    (0..bodies.len()).into_par_iter().map(of_body).collect()
+        let all = several.len() + masses.blocks.len();
+        let of_body = |body: usize| {
+            let parts = masses.parts(model, body);
+            let springs = match several.len() {
+                several if body < several => SpringSum::of_cell(around, parts, &patches[body]),
+                _ => SpringSum::of_block(around, &parts[0]),
+            };
+            (BodyMass::new(around, parts, &springs.stiffness), springs)
+        };
+        let (of_bodies, springs) = (0..all).into_par_iter().map(of_body).unzip();
+        masses.masses = of_bodies;
+        (masses, springs)
+    }
+
+    /// Number of bodies.
+    pub(super) fn len(&self) -> usize {
+        self.masses.len()
+    }
+
+    /// Parts of a body.
+    pub(super) fn parts<'a>(&'a self, model: &'a Model, body: usize) -> &'a [BodyPart] {
+        let several = &model.assembly.bodies;
+        match body.checked_sub(several.len()) {
+            Some(block) => std::slice::from_ref(&self.blocks[block]),
+            None => several.parts(body),
+        }
+    }
+
+    /// Parts of the translations of a body along each axis that its supports leave free.
+    pub(super) fn free_axes(&self, body: usize) -> Vec3 {
+        let free = self.masses[body].free.as_ref();
+        free.map_or(Vec3::repeat(1.0), |free| Vec3::from([0, 1, 2].map(|c| free[(c, c)])))
+    }
+
+    pub(super) fn scale(&mut self, factor: f64) {
+        self.masses.iter_mut().for_each(|mass| mass.inverse *= factor);
+    }
+
+    /// Computes the motions `M⁻¹ F` of all bodies under the forces `f` on all nodes. Returns the
+    /// wrenches on the bodies, without those against supports.
+    pub(super) fn respond(
+        &mut self,
+        model: &Model,
+        poses: &[Poses],
+        f: &[Lanes],
+    ) -> Vec<SpatialVector> {
+        let this = &*self;
+        let of_body = |body: usize| {
+            let mass = &this.masses[body];
+            let parts = this.parts(model, body);
+            let turn = pose(model, poses, &parts[0]).turn;
+            let wrench = bodies::wrench(model, parts, poses, f);
+            let own = mass.at_rest(&turn, wrench);
+            let motion = mass.motion(&(mass.inverse * own));
+            let Some(free) = &mass.free else { return (motion, wrench) };
+            let (force, torque) = halves(&(*free.as_ref() * own));
+            (motion, SpatialVector { linear: turn * force, angular: turn * torque * mass.size })
+        };
+        let both = self.each(of_body);
+        let (motions, wrenches) = both.into_iter().unzip();
+        self.motions = motions;
+        wrenches
+    }
+
+    /// Adds the motions of all bodies in space as far as supports leave them free.
+    pub(super) fn add(&mut self, model: &Model, poses: &[Poses], more: &[SpatialVector]) {
+        let this = &*self;
+        let of_body = |body: usize| {
+            let mass = &this.masses[body];
+            let turn = pose(model, poses, &this.parts(model, body)[0]).turn.inverse();
+            let SpatialVector { linear, angular } = more[body];
+            let mut own = joined(&(turn * linear), &(turn * angular * mass.size));
+            if let Some(free) = &mass.free {
+                own = *free.as_ref() * own;
+            }
+            let (own, before) = (mass.motion(&own), this.motions[body]);
+            SpatialVector {
+                linear: before.linear + own.linear,
+                angular: before.angular + own.angular,
+            }
+        };
+        self.motions = self.each(of_body);
+    }
+
+    fn each<T: Send>(&self, of_body: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
+        (0..self.len()).into_par_iter().with_min_len(TOGETHER).map(of_body).collect()
+    }
 }
 
-fn part_properties<'a>(model: &'a Model, part: &BodyPart) -> &'a MassProperties {
+impl BodyMass {
+    fn new(around: MassContext<'_>, parts: &[BodyPart], stiffness: &Matrix6<f64>) -> Self {
+        let MassContext { model, held, .. } = around;
+        let size = part_properties(model, &parts[0]).size();
+        let supports = parts.iter().flat_map(|part| {
+            let first = model.geometry.blocks[part.block].first_node;
+            supported(held, first, part_properties(model, part))
+        });
+        let free = RigidConstraint::new(size, supports).map(|constraint| constraint.free());
+        let all = free.unwrap_or_else(Matrix6::identity);
+        let inverse = pseudo_inverse(all * stiffness * all, NOTHING * stiffness.trace());
+        // A body that cannot move stays exactly where it is.
+        let free = if inverse == Matrix6::zeros() { Some(Matrix6::zeros()) } else { free };
+        Self { size, inverse, free: free.map(Box::new) }
+    }
+
+    /// Wrench in the axes at rest; torques are divided by the size.
+    fn at_rest(&self, turn: &UnitQuaternion<f64>, wrench: SpatialVector) -> Vector6<f64> {
+        let back = turn.inverse();
+        joined(&(back * wrench.linear), &(back * wrench.angular / self.size))
+    }
+
+    /// Displacement of the centre of mass and rotation.
+    fn motion(&self, moved: &Vector6<f64>) -> SpatialVector {
+        let (linear, angular) = halves(moved);
+        SpatialVector { linear, angular: angular / self.size }
+    }
+}
+
+pub(super) fn joined(linear: &Vec3, angular: &Vec3) -> Vector6<f64> {
+    Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
+}
+
+pub(super) fn halves(both: &Vector6<f64>) -> (Vec3, Vec3) {
+    (both.fixed_rows::<3>(0).into(), both.fixed_rows::<3>(3).into())
+}
+
+/// Mass properties of a part of a body.
+pub(super) fn part_properties<'a>(model: &'a Model, part: &BodyPart) -> &'a MassProperties {
     &model.assembly.rigid[model.packs.packs[part.pack].rigid_start][part.lane]
+}
+
+fn pose<'a>(model: &Model, poses: &'a [Poses], part: &BodyPart) -> &'a Pose {
+    &poses[model.packs.packs[part.pack].rigid_start][part.lane]
 }
 
 /// Arms and axes of the held corners of a block.
@@ -83,81 +215,6 @@ fn supported<'a>(
     })
 }
 
-/// Inverse of a stiffness against the motions that supports leave free.
-fn inverse(
-    supports: impl Iterator<Item = (Vec3, usize, f64)>,
-    size: f64,
-    stiffness: &Matrix6<f64>,
-) -> Matrix6<f64> {
-    let constraint = RigidConstraint::new(size, supports);
-    let free = constraint.map_or_else(Matrix6::identity, |constraint| constraint.free());
-    pseudo_inverse(free * stiffness * free, NOTHING * stiffness.trace())
-}
-
-/// Stiffness of the joints and contacts of a block, with its neighbours at rest.
-fn stiffness(around: MassContext<'_>, block: usize, size: f64) -> Matrix6<f64> {
-    let model = around.model;
-    let half = model.geometry.element_edges(block).map(|edge| edge * 0.5);
-    let mut sum = Matrix6::zeros();
-    for face in FaceId::all() {
-        let (d, side) = (face.direction, face.side());
-        let Some(other) = model.geometry.beyond(block, face) else { continue };
-        let owner = if face.upper { block } else { other };
-        let (pack, lane) = model.packs.slot(owner);
-        let Some(section) = model.sections.get(pack, d) else { continue };
-        let k = section.matrix(lane);
-        for (e, f) in [(-0.5, -0.5), (0.5, -0.5), (-0.5, 0.5), (0.5, 0.5)] {
-            let arm = half[d] * f64::from(side) + half[(d + 1) % 3] * e + half[(d + 2) % 3] * f;
-            let turn = arm.cross_matrix() / -size;
-            add_point(&mut sum, &k, &turn);
-        }
-    }
-    if let Some(contact_model) = around.contact_model {
-        add_contacts(
-            &mut sum,
-            &contact_model.surfaces,
-            around.contact_masses.released,
-            block,
-            &half,
-            size,
-        );
-    }
-    sum
-}
-
-/// Adds contacts at the corners of faces. Contacts in place of joints resist rotation more than the
-/// joints did, whose points are at the quarters.
-fn add_contacts(
-    sum: &mut Matrix6<f64>,
-    surfaces: &ContactSurfaces,
-    released: bool,
-    block: usize,
-    half: &[Vec3; 3],
-    size: f64,
-) {
-    for face in FaceId::all() {
-        let d = face.direction;
-        let (e, f) = (half[(d + 1) % 3], half[(d + 2) % 3]);
-        let area = e.cross(&f);
-        let normal = area.try_normalize(0.0).unwrap_or_default();
-        let [stiff, shear] = super::contact_masses::of_contacts(surfaces, block, face, released);
-        let across = normal * normal.transpose();
-        let k = (Matrix3::identity() * shear + across * (stiff - shear)) * area.norm();
-        let side = half[d] * if face.upper { 1.0 } else { -1.0 };
-        for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-            add_point(sum, &k, &((side + e * i + f * j).cross_matrix() / -size));
-        }
-    }
-}
-
-/// Adds the stiffness of a spring at a point that moves with `v + turn ω`.
-fn add_point(sum: &mut Matrix6<f64>, k: &Matrix3<f64>, turn: &Matrix3<f64>) {
-    let mut jacobian = nalgebra::Matrix3x6::zeros();
-    jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
-    jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(turn);
-    *sum += jacobian.transpose() * k * jacobian;
-}
-
 fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
     let SymmetricEigen { eigenvalues, eigenvectors } = matrix.symmetric_eigen();
     let mut inverse = Matrix6::zeros();
@@ -169,70 +226,30 @@ fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
     inverse
 }
 
-/// Motion of a rigid block or body under a wrench, with inverse masses that rotate with it. Returns the
-/// displacement of the centre of mass and the rotation.
-fn moved(
-    inverse: &Matrix6<f64>,
-    turn: &UnitQuaternion<f64>,
-    size: f64,
-    wrench: SpatialVector,
-) -> SpatialVector {
-    let force = turn.inverse() * wrench.linear;
-    let torque = turn.inverse() * wrench.angular / size;
-    let both = Vector6::new(force.x, force.y, force.z, torque.x, torque.y, torque.z);
-    let moved = inverse * both;
-    let shift: Vector3<f64> = moved.fixed_rows::<3>(0).into();
-    let spin: Vector3<f64> = moved.fixed_rows::<3>(3) / size;
-    SpatialVector { linear: shift, angular: spin }
-}
-
-/// Motions `M⁻¹ F` of the bodies of several blocks under the forces `f` on all nodes, in the axes of
-/// the bodies at rest.
-pub(super) fn motions_of_bodies(
-    model: &Model,
-    poses: &[Poses],
-    inverses: &[Matrix6<f64>],
-    f: &[Lanes],
-    out: &mut Vec<SpatialVector>,
-) {
-    let of_body = |body: usize| {
-        let part = model.assembly.bodies.parts(body)[0];
-        let pose = &poses[model.packs.packs[part.pack].rigid_start][part.lane];
-        let size = part_properties(model, &part).size();
-        moved(&inverses[body], &pose.turn, size, bodies::wrench(model, body, poses, f))
-    };
-    (0..inverses.len()).into_par_iter().map(of_body).collect_into_vec(out);
-}
-
 /// Computes `M⁻¹ F` at the corners of the rigid blocks of a pack. The masses rotate with the
-/// blocks. `of_bodies` are the motions of the bodies of several blocks.
+/// blocks. [`RigidMasses::respond`] comes before.
 pub(super) fn accelerations(
     model: &Model,
     poses: Option<&Poses>,
-    inverses: &Inverses,
-    of_bodies: &[SpatialVector],
+    masses: &RigidMasses,
     index: usize,
-    f: &[Lanes],
     out: &mut [Lanes],
 ) {
-    let Pack { start, filled, rigid_start, .. } = model.packs.packs[index];
-    // Lanes without a block do not move.
+    let Pack { filled, rigid_start, .. } = model.packs.packs[index];
+    // Lanes without a body do not move.
     out.fill(Lanes::ZERO);
     let rest = Pose::default();
     for lane in 0..filled {
         let mass_properties = &model.assembly.rigid[rigid_start][lane];
-        let pose = poses.map_or(&rest, |poses| &poses[lane]);
-        let member = RigidBlock { mass_properties, pose, lane };
-        let motion = match model.assembly.bodies.body(rigid_start, lane) {
-            Some(body) => of_bodies[body],
-            None => {
-                let wrench = member.resultant(&f[3 * start..]);
-                moved(&inverses[lane], &pose.turn, mass_properties.size(), wrench)
-            }
-        };
+        let turn = poses.map_or(&rest, |poses| &poses[lane]).turn;
+        let body = masses.of_lane[rigid_start][lane];
+        if body == NO_BODY {
+            continue;
+        }
+        let motion = masses.motions[body as usize];
         for corner in 0..8 {
             let arm = mass_properties.arm(corner);
-            let value = pose.turn * (motion.linear + motion.angular.cross(&arm));
+            let value = turn * (motion.linear + motion.angular.cross(&arm));
             (0..3).for_each(|c| out[3 * corner + c].0[lane] = value[c]);
         }
     }

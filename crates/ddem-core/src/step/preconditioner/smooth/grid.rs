@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use super::TOGETHER;
+use super::bodies::AtCentre;
 use super::points::SmoothPoints;
 use ddem_mesh::Vec3;
 
@@ -143,14 +144,39 @@ impl FunctionGrid {
         })
     }
 
+    /// Functions of the cell around the centre of a body.
+    pub(super) fn at_centre(&self, centre: &Vec3) -> [AtCentre; 8] {
+        let along = [0, 1, 2].map(|d| self.values(&FinerPoint::at(centre), d).1);
+        let slopes = [0, 1, 2].map(|d| {
+            let [lower, upper] = if self.cells[d] == 1 { [0.0, 2.0] } else { [-1.0, 1.0] };
+            [lower, upper].map(|rise| rise / self.edges[d])
+        });
+        let around = self.cell_around(&FinerPoint::at(centre));
+        std::array::from_fn(|corner| {
+            let upper = [0, 1, 2].map(|d| corner >> d & 1);
+            let half = [0, 1, 2].map(|d| {
+                let others = [(d + 1) % 3, (d + 2) % 3].map(|e| along[e][upper[e]]);
+                0.5 * slopes[d][upper[d]] * others[0] * others[1]
+            });
+            let Weighted { number, weight } = around[corner];
+            AtCentre { function: number, value: weight, half_gradient: half.into() }
+        })
+    }
+
+    /// Functions of this grid at a point of the next finer level, with their values.
+    pub(super) fn functions_at(&self, finer: usize) -> impl Iterator<Item = (u32, f64)> {
+        let around = self.around[finer].iter().filter(|own| own.weight != 0.0);
+        around.map(|own| (own.number, own.weight))
+    }
+
     /// Functions of this grid at a position, from those of the next finer level.
     pub(super) fn coarser(&self, finer: &[(u32, f64)]) -> Vec<(u32, f64)> {
         let mut values: Vec<(u32, f64)> = Vec::new();
         for &(function, value) in finer {
-            for own in self.around[function as usize].iter().filter(|own| own.weight != 0.0) {
-                match values.iter_mut().find(|(number, _)| *number == own.number) {
-                    Some((_, sum)) => *sum += value * own.weight,
-                    None => values.push((own.number, value * own.weight)),
+            for (own, weight) in self.functions_at(function as usize) {
+                match values.iter_mut().find(|(number, _)| *number == own) {
+                    Some((_, sum)) => *sum += value * weight,
+                    None => values.push((own, value * weight)),
                 }
             }
         }

@@ -7,10 +7,11 @@
 //! at the nodes and D the stiffness against each function. This is the multilevel preconditioner
 //! of Bramble, Pasciak and Xu.
 //!
-//! Within a block each function is trilinear between the corners. Corners that face each other across
-//! gaps move as one point.
+//! Within a deformable block each function is trilinear between the corners. Corners that face each
+//! other across gaps move as one point. Rigid bodies follow the functions at their centres.
 
 mod block;
+mod bodies;
 mod grid;
 mod points;
 mod stiffness;
@@ -21,16 +22,19 @@ use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 use rayon::prelude::*;
 
-use super::rigid;
-use super::{InverseMassRows, Preconditioner};
+use super::rigid::RigidMasses;
+use super::springs::SpringSum;
+use super::{InverseMassRows, NO_CLASS, Preconditioner};
 use crate::model::Model;
 use crate::step::Poses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::rigid::SpatialVector;
 use ddem_mesh::Vec3;
 use ddem_mesh::parallel::{each_pack, node_start};
 
 use block::CornerVectors;
+use bodies::{BodyTurns, SmoothBodies, SmoothBody, centres};
 use grid::FunctionGrid;
 use points::{NO_POINT, SmoothPoints};
 
@@ -46,9 +50,10 @@ const TOGETHER: usize = 2000;
 #[derive(Clone, Debug, Default)]
 pub(super) struct SmoothMotions {
     points: SmoothPoints,
-    /// Inverse stiffness of the motion of each point `[m/N]`.
+    turns: BodyTurns,
+    /// Inverse stiffness of the motion of each corner of deformable blocks `[m/N]`.
     inverse: Vec<[f64; 3]>,
-    /// Smallest ratio `G/M` of the moduli of a block.
+    /// Smallest ratio of stiffnesses along different directions: `G/M` of the moduli of a block.
     softest: f64,
     /// True if the stiffnesses allow for blocks that have rotated.
     has_turned: bool,
@@ -61,24 +66,32 @@ pub(super) struct SmoothMotions {
 }
 
 impl SmoothMotions {
-    /// Motions of the blocks of a model; `None` if it has so few that they save no steps, or rigid
-    /// ones, whose held blocks would need a stiffness of their own. Held degrees of freedom do not
-    /// take part.
-    pub(super) fn new(model: &Model, held: &HashMap<u32, [bool; 3]>) -> Option<Self> {
-        if model.packs.rigid > 0 {
-            return None;
-        }
-        let points = SmoothPoints::new(model);
+    /// Motions of the blocks and rigid bodies of a model, given the springs around the bodies; `None`
+    /// if it has so few that they save no steps. Held degrees of freedom do not take part.
+    pub(super) fn new(
+        model: &Model,
+        held: &HashMap<u32, [bool; 3]>,
+        rigid: &RigidMasses,
+        springs: &[SpringSum],
+    ) -> Option<Self> {
+        let centres = centres(model, rigid);
+        let points = SmoothPoints::new(model, &centres);
         if points.blocks_in_row() < FEWEST_BLOCKS {
             return None;
         }
         let mut grids = FunctionGrid::over(&points);
-        let (inverse, softest) = stiffness::invert(model, held, &points, &mut grids);
+        let centres: Vec<Vec3> = centres.into_iter().map(|[centre, _]| centre).collect();
+        let turns = BodyTurns::new(grids.first()?, &centres);
+        let body = |(number, springs)| SmoothBody::new(springs, rigid.free_axes(number));
+        let bodies = springs.iter().enumerate().map(body).collect();
+        let bodies = SmoothBodies { turns: &turns, bodies };
+        let (inverse, softest) = stiffness::invert(model, held, &points, &bodies, &mut grids);
         Some(Self {
             inverse,
             softest,
             has_turned: false,
             grids,
+            turns,
             forces: vec![CornerVectors::default(); model.packs.packs.len()],
             moved: vec![Vec3::zeros(); points.positions.len()],
             points,
@@ -99,16 +112,29 @@ impl SmoothMotions {
         }
     }
 
-    /// Computes the motion of the points from the forces on the corners.
-    fn respond(&mut self) {
-        let Self { points, inverse, grids, forces, moved, .. } = self;
+    /// Computes the motion of the points from the forces on the corners and the wrenches on rigid
+    /// bodies. Returns the motions of the bodies.
+    fn respond(&mut self, wrenches: &[SpatialVector]) -> Vec<SpatialVector> {
+        let Self { points, turns, inverse, grids, forces, moved, .. } = self;
+        let corners = points.n_corners();
         moved.par_iter_mut().with_min_len(TOGETHER).enumerate().for_each(|(point, moved)| {
-            let on = points.corners_of(point).iter();
-            *moved = on.fold(Vec3::zeros(), |sum, corner| sum + corner.of(forces));
+            *moved = match point.checked_sub(corners) {
+                Some(body) => wrenches[body].linear,
+                None => {
+                    let on = points.corners_of(point).iter();
+                    on.fold(Vec3::zeros(), |sum, corner| sum + corner.of(forces))
+                }
+            };
         });
         let mut finer: &[Vec3] = moved;
-        for grid in grids.iter_mut() {
+        for (level, grid) in grids.iter_mut().enumerate() {
             grid.collect(finer);
+            if level == 0 && !wrenches.is_empty() {
+                let add = |(function, force): (usize, &mut Vec3)| {
+                    *force += turns.force(function, wrenches);
+                };
+                grid.moved.par_iter_mut().with_min_len(TOGETHER).enumerate().for_each(add);
+            }
             finer = &grid.moved;
         }
         let mut coarser: Option<&FunctionGrid> = None;
@@ -117,10 +143,18 @@ impl SmoothMotions {
             coarser = Some(grid);
         }
         let respond = |(point, moved): (usize, &mut Vec3)| {
-            let own = moved.component_mul(&Vec3::from(inverse[point]));
+            let own = inverse
+                .get(point)
+                .map_or_else(Vec3::zeros, |&k| moved.component_mul(&Vec3::from(k)));
             *moved = own + coarser.map_or_else(Vec3::zeros, |grid| grid.at(point));
         };
         moved.par_iter_mut().with_min_len(TOGETHER).enumerate().for_each(respond);
+        let finest = &grids[0].moved;
+        let motion = |(body, &linear): (usize, &Vec3)| SpatialVector {
+            linear,
+            angular: turns.rotation(body, finest),
+        };
+        moved[corners..].par_iter().with_min_len(TOGETHER).enumerate().map(motion).collect()
     }
 
     /// Adds the motion of a pack of deformable blocks with `n` divisions.
@@ -159,15 +193,18 @@ impl Preconditioner {
     /// Computes the motions of bodies and the smooth motions under the forces `f` on all nodes, which
     /// `accelerations` uses.
     pub(crate) fn respond(&mut self, model: &Model, poses: &[Poses], f: &[Lanes], level: Level) {
-        rigid::motions_of_bodies(model, poses, &self.bodies, f, &mut self.body_motions);
-        let Self { smooth: Some(smooth), classes, of_pack, .. } = self else { return };
+        let wrenches = self.rigid.respond(model, poses, f);
+        let Self { smooth: Some(smooth), classes, of_pack, rigid, .. } = self else { return };
         let packs = &model.packs;
         each_pack(packs, [], &mut smooth.forces, |index, [], forces| {
+            if of_pack[index] == NO_CLASS {
+                return;
+            }
             let f = &f[node_start(packs, index)..node_start(packs, index + 1)];
             let class = &classes[of_pack[index] as usize];
             let n = packs.numbering_of(&packs.packs[index]).divisions;
             dispatch!(level, simd => block::corner_forces(simd, class, n, f, forces));
         });
-        smooth.respond();
+        rigid.add(model, poses, &smooth.respond(&wrenches));
     }
 }

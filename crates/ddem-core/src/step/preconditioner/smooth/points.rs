@@ -30,25 +30,27 @@ impl PackCorner {
 /// Points of a model: the corners that face each other across gaps are one point.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SmoothPoints {
-    /// Mean reference position of the corners of each point `[m]`.
+    /// Mean reference position of the corners of each point, then the centres of rigid bodies `[m]`.
     pub(super) positions: Vec<Vec3>,
     /// Points at the corners of the blocks of each pack, by corner and lane.
     pub(super) of_pack: Vec<[[u32; LANES]; CORNERS]>,
     /// First corner of each point in `corners`, and one past the last.
-    start: Vec<u32>,
-    corners: Vec<PackCorner>,
+    pub(super) start: Vec<u32>,
+    pub(super) corners: Vec<PackCorner>,
     /// Mean extent of the blocks along x, y and z `[m]`.
     pub(super) extent: Vec3,
 }
 
 impl SmoothPoints {
-    pub(super) fn new(model: &Model) -> Self {
+    /// Points of the deformable blocks of a model and of rigid bodies, given by their centres and
+    /// extents.
+    pub(super) fn new(model: &Model, bodies: &[[Vec3; 2]]) -> Self {
         let geometry = &model.geometry;
         let mut number: HashMap<usize, u32> = HashMap::new();
         let mut members: Vec<(u32, PackCorner, Vec3)> = Vec::new();
         let mut of_pack = vec![[[NO_POINT; LANES]; CORNERS]; model.packs.packs.len()];
         let mut extent = Vec3::zeros();
-        for (index, pack) in model.packs.packs.iter().enumerate() {
+        for (index, pack) in model.packs.packs.iter().enumerate().filter(|(_, pack)| !pack.rigid) {
             for (lane, &block) in pack.blocks.iter().enumerate().take(pack.filled) {
                 let block = block as usize;
                 if geometry.is_removed(block) {
@@ -82,14 +84,19 @@ impl SmoothPoints {
             start[point + 1] += start[point];
         }
         let corners = members.into_iter().map(|(_, corner, _)| corner).collect();
+        positions.extend(bodies.iter().map(|[centre, _]| centre));
+        let extent = bodies.iter().fold(extent, |sum, [_, extent]| sum + extent);
+        let blocks = blocks + bodies.len();
         Self { positions, of_pack, start, corners, extent: extent / blocks.max(1) as f64 }
     }
 
-    /// Low corner of the box around the points, and its edges `[m]`.
+    /// Low corner of the box around the points and bodies, and its edges `[m]`.
     pub(super) fn bounds(&self) -> [Vec3; 2] {
-        let Some(first) = self.positions.first() else { return [Vec3::zeros(); 2] };
-        let low = self.positions.iter().fold(*first, |low, x| low.inf(x));
-        let high = self.positions.iter().fold(*first, |high, x| high.sup(x));
+        let (corners, centres) = self.positions.split_at(self.n_corners());
+        let around = centres.iter().flat_map(|at| [at - self.extent / 2.0, at + self.extent / 2.0]);
+        let mut all = corners.iter().copied().chain(around);
+        let Some(first) = all.next() else { return [Vec3::zeros(); 2] };
+        let [low, high] = all.fold([first; 2], |[low, high], x| [low.inf(&x), high.sup(&x)]);
         [low, high - low]
     }
 
@@ -100,6 +107,11 @@ impl SmoothPoints {
         } else {
             self.bounds()[1].component_div(&self.extent).max()
         }
+    }
+
+    /// Number of points that are corners of blocks.
+    pub(super) fn n_corners(&self) -> usize {
+        self.start.len().saturating_sub(1)
     }
 
     /// Corners of a point.

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 
 use super::WEIGHT;
 use super::block::CORNERS;
+use super::bodies::{AtCentre, SmoothBodies, SmoothBody, coarser};
 use super::grid::FunctionGrid;
 use super::points::{NO_POINT, SmoothPoints};
 use crate::model::Model;
@@ -151,11 +152,10 @@ fn smooth_blocks(
     blocks
 }
 
-/// Inverse stiffnesses against some functions `[m/N]`, of which `of` gives those at each point.
-fn inverses(blocks: &[SmoothBlock], of: &[FunctionValues], functions: usize) -> Vec<[f64; 3]> {
-    let own: Vec<_> = blocks.par_iter().map(|block| block.stiffnesses(of)).collect();
+/// Inverse stiffnesses `[m/N]` from the stiffnesses of blocks and bodies against some functions.
+fn inverses(own: impl Iterator<Item = (u32, Vec3)>, functions: usize) -> Vec<[f64; 3]> {
     let mut sums = vec![Vec3::zeros(); functions];
-    for (function, stiffness) in own.into_iter().flatten() {
+    for (function, stiffness) in own {
         sums[function as usize] += stiffness;
     }
     // A motion that nothing holds has a stiffness of rounding only, and takes no part.
@@ -164,24 +164,36 @@ fn inverses(blocks: &[SmoothBlock], of: &[FunctionValues], functions: usize) -> 
     sums.iter().map(|sum| sum.map(invert).into()).collect()
 }
 
-/// Sets the inverse stiffnesses of the grids; returns those of the points `[m/N]`, and the smallest
-/// ratio `G/M` of the moduli of a block.
+/// Sets the inverse stiffnesses of the grids; returns those of the corners `[m/N]`, and the smallest
+/// ratio of the stiffnesses of a block or body along different directions.
 pub(super) fn invert(
     model: &Model,
     held: &HashMap<u32, [bool; 3]>,
     points: &SmoothPoints,
+    SmoothBodies { turns, bodies }: &SmoothBodies<'_>,
     grids: &mut [FunctionGrid],
 ) -> (Vec<[f64; 3]>, f64) {
     let blocks = smooth_blocks(model, held, points);
+    let of_blocks = |of: &[FunctionValues]| -> Vec<(u32, Vec3)> {
+        blocks.par_iter().flat_map_iter(|block| block.stiffnesses(of)).collect()
+    };
     let all = points.positions.len();
     let mut of: Vec<FunctionValues> = (0..all as u32).map(|point| vec![(point, 1.0)]).collect();
-    let of_points = inverses(&blocks, &of, all);
-    for grid in grids {
+    let of_corners = inverses(of_blocks(&of).into_iter(), points.n_corners());
+    let mut at_centres: Vec<Vec<AtCentre>> = turns.functions();
+    for (level, grid) in grids.iter_mut().enumerate() {
         of = of.par_iter().map(|finer| grid.coarser(finer)).collect();
-        grid.inverse = inverses(&blocks, &of, grid.moved.len());
+        if level > 0 {
+            at_centres = at_centres.par_iter().map(|finer| coarser(grid, finer)).collect();
+        }
+        let of_body = |(body, at): (&SmoothBody<'_>, &Vec<AtCentre>)| -> Vec<(u32, Vec3)> {
+            at.iter().map(|own| (own.function, body.stiffness(own))).collect()
+        };
+        let own: Vec<_> = bodies.par_iter().zip(&at_centres).flat_map_iter(of_body).collect();
+        grid.inverse = inverses(of_blocks(&of).into_iter().chain(own), grid.moved.len());
     }
     let ratio = |block: &SmoothBlock| block.moduli[1] / block.moduli[0];
-    let softest =
-        blocks.iter().filter(|block| block.moduli[0] > 0.0).map(ratio).fold(1.0, f64::min);
-    (of_points, softest)
+    let of_blocks = blocks.iter().filter(|block| block.moduli[0] > 0.0).map(ratio);
+    let softest = of_blocks.chain(bodies.iter().filter_map(SmoothBody::softest));
+    (of_corners, softest.fold(1.0, f64::min))
 }
