@@ -45,7 +45,8 @@ fn steps_hardly_grow_with_the_number_of_rigid_blocks() {
     };
     let (few, many) = (steps(6), steps(12));
     println!("{few} and {many} steps");
-    assert!(few < 100 && 2 * many <= 3 * few, "{few} and {many} steps");
+    // Without smooth motions they take more than a hundred.
+    assert!(few < 80 && many < 80, "{few} and {many} steps");
 }
 
 /// A wall of one block in thickness, and a beam that bends: functions over many blocks that are

@@ -58,7 +58,8 @@ fn steps_hardly_grow_with_the_number_of_cells() {
     let (few_cells, few, _) = steps(4.0);
     let (many_cells, many, simulation) = steps(8.0);
     println!("{few_cells} and {many_cells} cells: {few} and {many} steps");
-    assert!(few < 150 && 2 * many <= 3 * few, "{few} and {many} steps");
+    // Without smooth motions they take more than a hundred.
+    assert!(few < 80 && many < 80, "{few} and {many} steps");
     let mut exact = rock(8.0);
     exact.relax(1e-9, 10_000).unwrap_or_else(|error| panic!("{error}"));
     let largest = |simulation: &Simulation| {
