@@ -180,10 +180,7 @@ impl JointSection {
 
     /// Spring stiffness of a quarter of an element in space axes `[N/m]`.
     pub fn matrix(&self, lane: usize) -> Matrix3<f64> {
-        let SpringStiffness { normal, shear } = self.stiffness(lane);
-        let n = self.axes.column(0);
-        let across = n * n.transpose();
-        (Matrix3::identity() * shear + across * (normal - shear)) * self.quarter.0[lane]
+        self.stiffness(lane).matrix(&self.axes.column(0).into()) * self.quarter.0[lane]
     }
 
     /// Normal and shear stiffness of the springs in all lanes, k_n and k_s `[Pa/m]`.

@@ -55,8 +55,8 @@ impl Simulation {
     ) -> Result<Preconditioner, RunError> {
         let span = self.scratch.profiler.begin();
         let held = self.held();
-        let joints_only = contact_masses.without_cells();
-        let mut masses = Preconditioner::new(&self.model, &held, joints_only, stop)?;
+        let without = contact_masses.without_cells();
+        let mut masses = Preconditioner::new(&self.model, &held, without, stop)?;
         let has_failed = self.state.failed != [0; 2];
         let mut largest: f64 = 0.0;
         for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {

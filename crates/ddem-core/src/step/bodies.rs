@@ -48,6 +48,40 @@ pub(super) fn wrench(
     sum
 }
 
+/// Rigid motion of a body at rest, from a field at the corners of its first part.
+pub(super) fn twist(model: &Model, body: usize, field: &[Lanes]) -> SpatialVector {
+    let BodyPart { pack, lane, .. } = model.assembly.bodies.parts(body)[0];
+    let mass_properties = &model.assembly.rigid[model.packs.packs[pack].rigid_start][lane];
+    let own = &field[node_start(&model.packs, pack)..];
+    let corners = std::array::from_fn(|corner| at(own, corner, lane));
+    Pose::default().with_corner_velocities(mass_properties, &corners).twist(mass_properties)
+}
+
+/// Sets a field at the corners of all parts of a body at rest to that of a rigid motion.
+pub(super) fn set_twist(model: &Model, body: usize, twist: SpatialVector, field: &mut [Lanes]) {
+    at_rest(model, body, field, &|part, own| part.set_twist(twist, own));
+}
+
+/// Sets the forces at the corners of all parts of a body at rest to those equivalent to a wrench.
+pub(super) fn set_forces(model: &Model, body: usize, wrench: SpatialVector, f: &mut [Lanes]) {
+    at_rest(model, body, f, &|part, own| part.set_forces(wrench, own));
+}
+
+/// Calls `set` for each part of a body at rest, with the field from its first node on.
+fn at_rest(
+    model: &Model,
+    body: usize,
+    field: &mut [Lanes],
+    set: &dyn Fn(RigidBlock<'_>, &mut [Lanes]),
+) {
+    let pose = &Pose::default();
+    for &BodyPart { pack, lane, .. } in model.assembly.bodies.parts(body) {
+        let mass_properties = &model.assembly.rigid[model.packs.packs[pack].rigid_start][lane];
+        let own = &mut field[node_start(&model.packs, pack)..];
+        set(RigidBlock { mass_properties, pose, lane }, own);
+    }
+}
+
 /// Constraint of a body by the supports of all its parts; `None` without supports.
 fn constraint(context: Context<'_>, body: usize, poses: &[Poses]) -> Option<RigidConstraint> {
     let model = context.model;

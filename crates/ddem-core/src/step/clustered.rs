@@ -49,7 +49,7 @@ pub(crate) fn largest_clustered(
             return Err(RunError::Stopped);
         }
         internal_forces(FirstPass::linear(model, &x), broken_joints, scratch);
-        preconditioner.add_bonds(model, &x, &mut scratch.f);
+        preconditioner.set_bond_forces(model, &x, &mut scratch.f);
         preconditioner.respond(model, &rest, &scratch.f, scratch.level);
         let preconditioner = &*preconditioner;
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.

@@ -281,10 +281,8 @@ fn of_body(
 }
 
 /// Stiffness of springs over an area with a normal `[N/m]`.
-fn spring(SpringStiffness { normal: stiff, shear }: SpringStiffness, area: &Vec3) -> Matrix3<f64> {
-    let normal = area.try_normalize(0.0).unwrap_or_default();
-    let across = normal * normal.transpose();
-    (Matrix3::identity() * shear + across * (stiff - shear)) * area.norm()
+fn spring(stiffness: SpringStiffness, area: &Vec3) -> Matrix3<f64> {
+    stiffness.matrix(&area.try_normalize(0.0).unwrap_or_default()) * area.norm()
 }
 
 /// Motions of a rigid block scaled by `m^{-½}` and `I^{-½}`.

@@ -51,7 +51,7 @@ mod tests;
 use std::fmt::Debug;
 use std::sync::Arc;
 
-use nalgebra::Vector2;
+use nalgebra::{Matrix3, Vector2, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::math::lanes::LANES;
@@ -94,6 +94,13 @@ impl SpringStiffness {
     #[inline(always)]
     pub fn components(self) -> [f64; 2] {
         [self.normal, self.shear]
+    }
+
+    /// Stiffness against displacements in space, for a unit normal `[Pa/m]`.
+    #[inline]
+    pub fn matrix(self, normal: &Vector3<f64>) -> Matrix3<f64> {
+        let across = normal * normal.transpose();
+        Matrix3::identity() * self.shear + across * (self.normal - self.shear)
     }
 }
 

@@ -96,8 +96,7 @@ impl RigidConstraint {
     /// Part of a reaction wrench that the support with this arm and axis carries `[N]`.
     #[inline]
     pub fn reaction(&self, answer: SpatialVector, arm: Vector3<f64>, axis: usize) -> f64 {
-        let SpatialVector { linear, angular } = answer;
-        let scaled = joined(linear, angular / self.size);
+        let scaled = self.scaled_wrench(answer);
         row(self.size, arm, axis).dot(&(self.inverse * scaled))
     }
 
@@ -125,7 +124,7 @@ impl RigidConstraint {
     /// Wrench without its part on held motions.
     #[inline]
     pub fn without(&self, wrench: SpatialVector) -> SpatialVector {
-        let mut scaled = joined(wrench.linear, wrench.angular / self.size);
+        let mut scaled = self.scaled_wrench(wrench);
         for motion in &self.motions[..self.count] {
             scaled -= motion * motion.dot(&scaled);
         }
@@ -133,16 +132,20 @@ impl RigidConstraint {
     }
 
     fn scaled(&self, twist: SpatialVector) -> Vector6<f64> {
-        joined(twist.linear, twist.angular * self.size)
+        SpatialVector { angular: twist.angular * self.size, ..twist }.to_vector()
+    }
+
+    fn scaled_wrench(&self, wrench: SpatialVector) -> Vector6<f64> {
+        SpatialVector { angular: wrench.angular / self.size, ..wrench }.to_vector()
     }
 
     fn velocity(&self, scaled: Vector6<f64>) -> SpatialVector {
-        let (linear, angular) = parted(scaled);
+        let SpatialVector { linear, angular } = SpatialVector::from_vector(&scaled);
         SpatialVector { linear, angular: angular / self.size }
     }
 
     fn force(&self, scaled: Vector6<f64>) -> SpatialVector {
-        let (linear, angular) = parted(scaled);
+        let SpatialVector { linear, angular } = SpatialVector::from_vector(&scaled);
         SpatialVector { linear, angular: angular * self.size }
     }
 }
@@ -150,13 +153,5 @@ impl RigidConstraint {
 /// Row `(e, r × e / size)` of a support.
 fn row(size: f64, arm: Vector3<f64>, axis: usize) -> Vector6<f64> {
     let along = Vector3::ith(axis, 1.0);
-    joined(along, arm.cross(&along) / size)
-}
-
-fn joined(a: Vector3<f64>, b: Vector3<f64>) -> Vector6<f64> {
-    Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
-}
-
-fn parted(v: Vector6<f64>) -> (Vector3<f64>, Vector3<f64>) {
-    (Vector3::new(v[0], v[1], v[2]), Vector3::new(v[3], v[4], v[5]))
+    SpatialVector { linear: along, angular: arm.cross(&along) / size }.to_vector()
 }

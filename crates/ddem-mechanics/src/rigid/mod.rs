@@ -9,7 +9,7 @@ mod constraint;
 mod corners;
 mod fit;
 
-use nalgebra::{Matrix3, Quaternion, SymmetricEigen, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
 use serde::{Deserialize, Serialize};
 
 use crate::math::leapfrog::coefficients;
@@ -54,6 +54,21 @@ pub struct SpatialVector {
     pub linear: Vector3<f64>,
     /// Torque `[N m]` or angular velocity `[rad/s]`.
     pub angular: Vector3<f64>,
+}
+
+impl SpatialVector {
+    /// All six components, the linear ones first.
+    #[inline]
+    pub fn to_vector(self) -> Vector6<f64> {
+        let Self { linear: a, angular: b } = self;
+        Vector6::new(a.x, a.y, a.z, b.x, b.y, b.z)
+    }
+
+    /// Spatial vector of six components, the linear ones first.
+    #[inline]
+    pub fn from_vector(v: &Vector6<f64>) -> Self {
+        Self { linear: v.fixed_rows::<3>(0).into(), angular: v.fixed_rows::<3>(3).into() }
+    }
 }
 
 /// Motion of a rigid block in one step.

@@ -1,12 +1,13 @@
 //! Joints between rigid cells as springs between two bodies, in the search for the largest eigenvalue
 //! of a relaxation.
 
-use nalgebra::{Matrix3, Matrix3x6, Matrix6};
+use nalgebra::Matrix6;
 use rayon::prelude::*;
 
-use super::rigid::{RigidMasses, halves, joined, part_properties};
-use super::springs::{BodyPatch, centre, per_area};
+use super::rigid::RigidMasses;
+use super::springs::{BodyPatch, centre, per_area, point_motion};
 use crate::model::Model;
+use crate::step::bodies;
 use crate::step::timestep::XorShift;
 use ddem_joint::contact::ContactPoint;
 use ddem_mechanics::math::lanes::Lanes;
@@ -20,14 +21,15 @@ const TOGETHER: usize = 64;
 #[derive(Clone, Debug, Default)]
 pub(super) struct BondSprings {
     springs: Vec<BondSpring>,
-    /// Corners of the first part of each body.
-    corners: Vec<BodyCorners>,
+    /// Number of rigid cells; none without joints.
+    cells: usize,
 }
 
-/// Joint between two rigid bodies.
+/// Joint between two rigid cells.
 #[derive(Clone, Debug)]
 struct BondSpring {
-    bodies: [u32; 2],
+    /// Cells a and b.
+    cells: [u32; 2],
     /// Vectors from the centres of mass to the middle of the joint `[m]`.
     arms: [Vec3; 2],
     /// Stiffness against displacement and rotation of b against a at the middle.
@@ -35,84 +37,55 @@ struct BondSpring {
 }
 
 impl BondSpring {
-    /// Wrench on body a; that on body b is the opposite, about its own centre.
-    fn wrench(&self, twists: &[SpatialVector]) -> SpatialVector {
-        let at = |side: usize| {
-            let SpatialVector { linear, angular } = twists[self.bodies[side] as usize];
-            [linear + angular.cross(&self.arms[side]), angular]
+    fn new(model: &Model, rigid: &RigidMasses, joint: usize, cells: [u32; 2]) -> Self {
+        let patch = &model.bonded_patches[joint].patch;
+        let blocks = model.contact.as_ref().map_or(&[][..], |contact| &contact.blocks);
+        let points = |side: usize| -> Vec<Vec3> {
+            let centre = centre(model, rigid.parts(model, cells[side] as usize));
+            let arm = |point: &ContactPoint| {
+                let on = &point.points[side];
+                blocks[on.block(patch.blocks[side])].rest_point(on).0 - centre
+            };
+            patch.points.iter().map(arm).collect()
         };
-        let ([linear_a, angular_a], [linear_b, angular_b]) = (at(0), at(1));
-        let apart = joined(&(linear_b - linear_a), &(angular_b - angular_a));
-        let (linear, angular) = halves(&(self.k * apart));
-        SpatialVector { linear, angular }
-    }
-}
-
-/// Corners of the first part of a body: node numbers and arms about their mean.
-#[derive(Clone, Debug)]
-struct BodyCorners {
-    first_node: usize,
-    /// Vector from the centre of mass to the mean of the corners `[m]`.
-    mean: Vec3,
-    arms: [Vec3; 8],
-    /// Inverse of `Σ |r|² 1 − r rᵀ`.
-    inverse: Matrix3<f64>,
-}
-
-impl BodyCorners {
-    fn new(model: &Model, rigid: &RigidMasses, body: usize) -> Self {
-        let part = &rigid.parts(model, body)[0];
-        let properties = part_properties(model, part);
-        let arms: [Vec3; 8] = std::array::from_fn(|corner| properties.arm(corner));
-        let mean = arms.iter().sum::<Vec3>() / 8.0;
-        let arms = arms.map(|arm| arm - mean);
-        let spread: Matrix3<f64> = arms.iter().map(|arm| arm * arm.transpose()).sum();
-        let inertia = Matrix3::identity() * spread.trace() - spread;
-        Self {
-            first_node: model.geometry.blocks[part.block].first_node as usize,
-            mean,
-            arms,
-            inverse: inertia.try_inverse().unwrap_or_else(Matrix3::zeros),
+        let both = [points(0), points(1)];
+        let arms =
+            [0, 1].map(|side| both[side].iter().sum::<Vec3>() / both[side].len().max(1) as f64);
+        let per_area = per_area(patch);
+        let mut k = Matrix6::zeros();
+        for (point, at) in patch.points.iter().zip(&both[0]) {
+            let moved = point_motion(&(at - arms[0]), 1.0);
+            k += moved.transpose() * (per_area * point.pair.area) * moved;
         }
+        Self { cells, arms, k }
     }
 
-    /// Rigid motion of the corners.
-    fn twist(&self, model: &Model, x: &[Lanes]) -> SpatialVector {
-        let at: [Vec3; 8] =
-            std::array::from_fn(|corner| model.get(x, self.first_node + corner).into());
-        let moment = self.arms.iter().zip(&at).map(|(arm, x)| arm.cross(x)).sum::<Vec3>();
-        let angular = self.inverse * moment;
-        SpatialVector { linear: at.iter().sum::<Vec3>() / 8.0 - angular.cross(&self.mean), angular }
-    }
-
-    /// Adds forces on the corners that are equivalent to a wrench about the centre of mass.
-    fn add(&self, model: &Model, wrench: SpatialVector, f: &mut [Lanes]) {
-        let turn = self.inverse * (wrench.angular - self.mean.cross(&wrench.linear));
-        for (corner, arm) in self.arms.iter().enumerate() {
-            let node = self.first_node + corner;
-            let force = wrench.linear / 8.0 + turn.cross(arm) + Vec3::from(model.get(f, node));
-            model.set(f, node, force.into());
-        }
+    /// Wrench on cell a at the middle of the joint; that on cell b is the opposite.
+    fn wrench(&self, twists: &[SpatialVector]) -> SpatialVector {
+        let [a, b] = [0, 1].map(|side| {
+            let SpatialVector { linear, angular } = twists[self.cells[side] as usize];
+            let linear = linear + angular.cross(&self.arms[side]);
+            SpatialVector { linear, angular }.to_vector()
+        });
+        SpatialVector::from_vector(&(self.k * (b - a)))
     }
 }
 
 impl BondSprings {
-    /// Springs of the joints of rigid cells, which `patches` gives for each body.
+    /// Springs of the joints of rigid cells; `patches` gives the joints of each.
     pub(super) fn new(model: &Model, rigid: &RigidMasses, patches: &[Vec<BodyPatch>]) -> Self {
-        let mut bodies: Vec<[Option<u32>; 2]> = vec![[None; 2]; model.bonded_patches.len()];
-        for (body, own) in patches.iter().enumerate() {
-            own.iter().for_each(|patch| {
-                bodies[patch.joint as usize][usize::from(patch.side)] = Some(body as u32);
-            });
+        let mut joints: Vec<(usize, [u32; 2])> = Vec::new();
+        for (cell, own) in patches.iter().enumerate() {
+            for patch in own.iter().filter(|patch| patch.side == 0) {
+                let both = patch.other.map(|other| [cell as u32, other]);
+                joints.extend(both.map(|cells| (patch.joint as usize, cells)));
+            }
         }
-        let of_joint = |(number, bodies): (usize, &[Option<u32>; 2])| {
-            let [Some(a), Some(b)] = *bodies else { return None };
-            Some(Self::spring(model, rigid, number, [a, b]))
-        };
-        let springs: Vec<_> = bodies.par_iter().enumerate().filter_map(of_joint).collect();
-        let all = if springs.is_empty() { 0 } else { patches.len() };
-        let corners = (0..all).map(|body| BodyCorners::new(model, rigid, body)).collect();
-        Self { springs, corners }
+        joints.sort_unstable();
+        let spring = |&(joint, cells): &_| BondSpring::new(model, rigid, joint, cells);
+        let springs: Vec<BondSpring> = joints.par_iter().map(spring).collect();
+        let cells = if springs.is_empty() { 0 } else { patches.len() };
+        Self { springs, cells }
     }
 
     /// True if all nonconforming joints of a model are between rigid cells.
@@ -122,63 +95,35 @@ impl BondSprings {
         joints.filter(|joint| joint.patch.blocks.iter().all(exists)).count() == self.springs.len()
     }
 
-    fn spring(model: &Model, rigid: &RigidMasses, joint: usize, bodies: [u32; 2]) -> BondSpring {
-        let patch = &model.bonded_patches[joint].patch;
-        let blocks = model.contact.as_ref().map_or(&[][..], |contact| &contact.blocks);
-        let at = |side: usize| -> Vec<Vec3> {
-            let centre = centre(model, rigid.parts(model, bodies[side] as usize));
-            let arm = |point: &ContactPoint| {
-                let on = &point.points[side];
-                blocks[on.block(patch.blocks[side])].rest_point(on).0 - centre
-            };
-            patch.points.iter().map(arm).collect()
-        };
-        let (on_a, on_b) = (at(0), at(1));
-        let mean = |points: &[Vec3]| points.iter().sum::<Vec3>() / points.len().max(1) as f64;
-        let arms = [mean(&on_a), mean(&on_b)];
-        let per_area = per_area(patch);
-        let mut k = Matrix6::zeros();
-        for (point, at) in patch.points.iter().zip(&on_a) {
-            let mut moved = Matrix3x6::zeros();
-            moved.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
-            moved.fixed_view_mut::<3, 3>(0, 3).copy_from(&-(at - arms[0]).cross_matrix());
-            k += moved.transpose() * (per_area * point.pair.area) * moved;
-        }
-        BondSpring { bodies, arms, k }
-    }
-
-    /// Sets displacements of the corners that favour no mode.
-    pub(super) fn start(&self, model: &Model, x: &mut [Lanes]) {
+    /// Sets displacements of the cells that favour no mode.
+    pub(super) fn start(&self, model: &Model, rigid: &RigidMasses, x: &mut [Lanes]) {
         let mut random = XorShift(0x9E37_79B9_7F4A_7C15);
-        for corner in
-            self.corners.iter().flat_map(|corners| corners.first_node..corners.first_node + 8)
-        {
-            model.set(x, corner, [(); 3].map(|()| random.next()));
+        for cell in 0..self.cells {
+            let [linear, angular] = [(); 2].map(|()| Vec3::from([(); 3].map(|()| random.next())));
+            let angular = angular / rigid.size(cell);
+            bodies::set_twist(model, cell, SpatialVector { linear, angular }, x);
         }
     }
 
-    /// Adds the forces of the joints at the displacements `x` to the forces `f` on all nodes.
-    pub(super) fn add_forces(&self, model: &Model, x: &[Lanes], f: &mut [Lanes]) {
-        let twists: Vec<SpatialVector> = self
-            .corners
-            .par_iter()
-            .with_min_len(TOGETHER)
-            .map(|corners| corners.twist(model, x))
-            .collect();
+    /// Sets the forces of the joints on the cells at the displacements `x`. They have no others, because
+    /// all joints of cells are nonconforming.
+    pub(super) fn set_forces(&self, model: &Model, x: &[Lanes], f: &mut [Lanes]) {
+        let cells = (0..self.cells).into_par_iter().with_min_len(TOGETHER);
+        let twists: Vec<SpatialVector> = cells.map(|cell| bodies::twist(model, cell, x)).collect();
         let wrench = |spring: &BondSpring| spring.wrench(&twists);
         let wrenches: Vec<SpatialVector> =
             self.springs.par_iter().with_min_len(TOGETHER).map(wrench).collect();
-        let mut sums = vec![SpatialVector::default(); self.corners.len()];
+        let mut sums = vec![SpatialVector::default(); self.cells];
         for (spring, wrench) in self.springs.iter().zip(wrenches) {
             for (side, sign) in [(0, 1.0), (1, -1.0)] {
-                let sum = &mut sums[spring.bodies[side] as usize];
+                let sum = &mut sums[spring.cells[side] as usize];
                 let torque = wrench.angular + spring.arms[side].cross(&wrench.linear);
                 sum.linear += wrench.linear * sign;
                 sum.angular += torque * sign;
             }
         }
-        for (corners, sum) in self.corners.iter().zip(sums) {
-            corners.add(model, sum, f);
+        for (cell, sum) in sums.into_iter().enumerate() {
+            bodies::set_forces(model, cell, sum, f);
         }
     }
 }

@@ -182,13 +182,12 @@ impl Preconditioner {
 
     /// Sets displacements of rigid cells that favour no mode.
     pub(crate) fn start_bonds(&self, model: &Model, x: &mut [Lanes]) {
-        self.bonds.start(model, x);
+        self.bonds.start(model, &self.rigid, x);
     }
 
-    /// Adds the forces of the joints between rigid cells at the displacements `x` to the forces `f` on
-    /// all nodes.
-    pub(crate) fn add_bonds(&self, model: &Model, x: &[Lanes], f: &mut [Lanes]) {
-        self.bonds.add_forces(model, x, f);
+    /// Sets the forces `f` of the joints between rigid cells at the displacements `x`.
+    pub(crate) fn set_bond_forces(&self, model: &Model, x: &[Lanes], f: &mut [Lanes]) {
+        self.bonds.set_forces(model, x, f);
     }
 
     /// Scales the masses so that the largest eigenvalue is at most `limit`, given that without

@@ -36,7 +36,8 @@ pub(super) struct RigidMasses {
 
 /// Fictitious mass of a rigid body. Its rotations are multiplied by its size.
 #[derive(Clone, Debug)]
-pub(super) struct BodyMass {
+struct BodyMass {
+    /// Size of the body `[m]`.
     size: f64,
     /// Inverse stiffness `K⁻¹` against its six motions.
     inverse: Matrix6<f64>,
@@ -45,7 +46,8 @@ pub(super) struct BodyMass {
 }
 
 impl RigidMasses {
-    /// Masses of all bodies, and the springs around each. `patches` gives the joints of each cell.
+    /// Masses of all bodies, and the springs around each. `patches` gives the joints of each body of
+    /// several blocks, a cell.
     pub(super) fn new(
         around: MassContext<'_>,
         patches: &[Vec<BodyPatch>],
@@ -70,9 +72,9 @@ impl RigidMasses {
         let all = several.len() + masses.blocks.len();
         let of_body = |body: usize| {
             let parts = masses.parts(model, body);
-            let springs = match several.len() {
-                several if body < several => SpringSum::of_cell(around, parts, &patches[body]),
-                _ => SpringSum::of_block(around, &parts[0]),
+            let springs = match patches.get(body) {
+                Some(patches) => SpringSum::of_cell(around, parts, patches),
+                None => SpringSum::of_block(around, &parts[0]),
             };
             (BodyMass::new(around, parts, &springs.stiffness), springs)
         };
@@ -93,6 +95,11 @@ impl RigidMasses {
             Some(block) => std::slice::from_ref(&self.blocks[block]),
             None => several.parts(body),
         }
+    }
+
+    /// Size of a body, by which rotations are multiplied `[m]`.
+    pub(super) fn size(&self, body: usize) -> f64 {
+        self.masses[body].size
     }
 
     /// Parts of the translations of a body along each axis that its supports leave free.
@@ -122,8 +129,8 @@ impl RigidMasses {
             let own = mass.at_rest(&turn, wrench);
             let motion = mass.motion(&(mass.inverse * own));
             let Some(free) = &mass.free else { return (motion, wrench) };
-            let (force, torque) = halves(&(*free.as_ref() * own));
-            (motion, SpatialVector { linear: turn * force, angular: turn * torque * mass.size })
+            let SpatialVector { linear, angular } = SpatialVector::from_vector(&(**free * own));
+            (motion, SpatialVector { linear: turn * linear, angular: turn * angular * mass.size })
         };
         let both = self.each(of_body);
         let (motions, wrenches) = both.into_iter().unzip();
@@ -138,10 +145,8 @@ impl RigidMasses {
             let mass = &this.masses[body];
             let turn = pose(model, poses, &this.parts(model, body)[0]).turn.inverse();
             let SpatialVector { linear, angular } = more[body];
-            let mut own = joined(&(turn * linear), &(turn * angular * mass.size));
-            if let Some(free) = &mass.free {
-                own = *free.as_ref() * own;
-            }
+            let own = SpatialVector { linear: turn * linear, angular: turn * angular * mass.size };
+            let own = mass.free.as_ref().map_or(own.to_vector(), |free| **free * own.to_vector());
             let (own, before) = (mass.motion(&own), this.motions[body]);
             SpatialVector {
                 linear: before.linear + own.linear,
@@ -175,22 +180,15 @@ impl BodyMass {
     /// Wrench in the axes at rest; torques are divided by the size.
     fn at_rest(&self, turn: &UnitQuaternion<f64>, wrench: SpatialVector) -> Vector6<f64> {
         let back = turn.inverse();
-        joined(&(back * wrench.linear), &(back * wrench.angular / self.size))
+        let SpatialVector { linear, angular } = wrench;
+        SpatialVector { linear: back * linear, angular: back * angular / self.size }.to_vector()
     }
 
     /// Displacement of the centre of mass and rotation.
     fn motion(&self, moved: &Vector6<f64>) -> SpatialVector {
-        let (linear, angular) = halves(moved);
+        let SpatialVector { linear, angular } = SpatialVector::from_vector(moved);
         SpatialVector { linear, angular: angular / self.size }
     }
-}
-
-pub(super) fn joined(linear: &Vec3, angular: &Vec3) -> Vector6<f64> {
-    Vector6::new(linear.x, linear.y, linear.z, angular.x, angular.y, angular.z)
-}
-
-pub(super) fn halves(both: &Vector6<f64>) -> (Vec3, Vec3) {
-    (both.fixed_rows::<3>(0).into(), both.fixed_rows::<3>(3).into())
 }
 
 /// Mass properties of a part of a body.
@@ -240,12 +238,12 @@ pub(super) fn accelerations(
     out.fill(Lanes::ZERO);
     let rest = Pose::default();
     for lane in 0..filled {
-        let mass_properties = &model.assembly.rigid[rigid_start][lane];
-        let turn = poses.map_or(&rest, |poses| &poses[lane]).turn;
         let body = masses.of_lane[rigid_start][lane];
         if body == NO_BODY {
             continue;
         }
+        let mass_properties = &model.assembly.rigid[rigid_start][lane];
+        let turn = poses.map_or(&rest, |poses| &poses[lane]).turn;
         let motion = masses.motions[body as usize];
         for corner in 0..8 {
             let arm = mass_properties.arm(corner);

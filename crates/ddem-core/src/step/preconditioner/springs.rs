@@ -18,8 +18,8 @@ pub(super) struct BodyPatch {
     pub(super) joint: u32,
     /// Side of the cell in it.
     pub(super) side: u8,
-    /// True if the body on the other side is a rigid cell too.
-    pub(super) is_between_cells: bool,
+    /// Body on the other side, if it is a rigid cell too.
+    pub(super) other: Option<u32>,
 }
 
 /// Stiffness of the springs around a rigid body.
@@ -76,7 +76,7 @@ impl SpringSum {
             let area = e.cross(&f);
             let normal = area.try_normalize(0.0).unwrap_or_default();
             let [stiff, shear] = of_contacts(surfaces, block, face, released);
-            let k = isotropic(stiff, shear, &normal) * area.norm();
+            let k = SpringStiffness { normal: stiff, shear }.matrix(&normal) * area.norm();
             let side = half[d] * if face.upper { 1.0 } else { -1.0 };
             for (i, j) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
                 self.add(&k, &(side + e * i + f * j), size);
@@ -117,14 +117,14 @@ impl SpringSum {
     fn add_patch(
         &mut self,
         model: &Model,
-        BodyPatch { joint, side, is_between_cells }: BodyPatch,
+        BodyPatch { joint, side, other }: BodyPatch,
         blocks: &[ContactBlock],
         centre: &Vec3,
         size: f64,
     ) {
         let patch = &model.bonded_patches[joint as usize].patch;
         let side = usize::from(side);
-        let per_area = per_area(patch) * if is_between_cells { 1.0 } else { 2.0 };
+        let per_area = per_area(patch) * if other.is_some() { 1.0 } else { 2.0 };
         for point in &patch.points {
             let on = &point.points[side];
             let (at, _) = blocks[on.block(patch.blocks[side])].rest_point(on);
@@ -134,9 +134,7 @@ impl SpringSum {
 
     /// Adds a spring with the stiffness `k` at the end of an arm from the centre of mass.
     fn add(&mut self, k: &Matrix3<f64>, arm: &Vec3, size: f64) {
-        let mut moved = Matrix3x6::zeros();
-        moved.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
-        moved.fixed_view_mut::<3, 3>(0, 3).copy_from(&(arm.cross_matrix() / -size));
+        let moved = point_motion(arm, size);
         self.stiffness += moved.transpose() * k * moved;
         // A neighbour is twice as far as the spring. Each of the two has half of the energy.
         let [x, y, z] = (*arm).into();
@@ -150,6 +148,15 @@ impl SpringSum {
     }
 }
 
+/// Displacement of the point at the end of an arm by the six motions of a body, whose rotations are
+/// multiplied by `size`.
+pub(super) fn point_motion(arm: &Vec3, size: f64) -> Matrix3x6<f64> {
+    let mut moved = Matrix3x6::zeros();
+    moved.fixed_view_mut::<3, 3>(0, 0).copy_from(&Matrix3::identity());
+    moved.fixed_view_mut::<3, 3>(0, 3).copy_from(&(arm.cross_matrix() / -size));
+    moved
+}
+
 /// Centre of mass of a body at rest `[m]`.
 pub(super) fn centre(model: &Model, parts: &[BodyPart]) -> Vec3 {
     model.geometry.corners(parts[0].block)[0] - part_properties(model, &parts[0]).arm(0)
@@ -157,13 +164,7 @@ pub(super) fn centre(model: &Model, parts: &[BodyPart]) -> Vec3 {
 
 /// Stiffness of a joint per unit of area `[Pa/m]`.
 pub(super) fn per_area(patch: &Patch) -> Matrix3<f64> {
-    let SpringStiffness { normal, shear } = patch.surface.stiffness;
-    isotropic(normal, shear, &patch.axes[0])
-}
-
-/// Stiffness with the value `normal` along a unit vector and `shear` across it.
-fn isotropic(normal: f64, shear: f64, along: &Vec3) -> Matrix3<f64> {
-    Matrix3::identity() * shear + along * along.transpose() * (normal - shear)
+    patch.surface.stiffness.matrix(&patch.axes[0])
 }
 
 /// Nonconforming joints of each rigid cell.
@@ -183,11 +184,10 @@ pub(super) fn patches_of_bodies(model: &Model) -> Vec<Vec<BodyPatch>> {
             let pack = &model.packs.packs[pack];
             pack.rigid.then(|| bodies.body(pack.rigid_start, lane)).flatten()
         });
-        let is_between_cells = both.iter().all(Option::is_some);
-        for (side, body) in both.into_iter().enumerate() {
-            if let Some(body) = body {
-                let (joint, side) = (number as u32, side as u8);
-                patches[body].push(BodyPatch { joint, side, is_between_cells });
+        for side in 0..2 {
+            if let Some(body) = both[side] {
+                let other = both[1 - side].map(|other| other as u32);
+                patches[body].push(BodyPatch { joint: number as u32, side: side as u8, other });
             }
         }
     }

@@ -10,11 +10,13 @@ use crate::step::preconditioner::springs::{SpringSum, centre};
 use ddem_mechanics::rigid::SpatialVector;
 use ddem_mesh::Vec3;
 
-/// Function with its value and half its gradient at the centre of a body `[1/m]`.
+/// Function at the centre of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct AtCentre {
+    /// Number of the function.
     pub(super) function: u32,
     pub(super) value: f64,
+    /// Half of the gradient `[1/m]`.
     pub(super) half_gradient: Vec3,
 }
 
