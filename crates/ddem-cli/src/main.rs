@@ -14,6 +14,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use clap::Parser;
 use ddem_core::ErrorCode;
@@ -36,6 +37,8 @@ static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// Exit status of an interrupted command, as in shells.
 const INTERRUPTED: u8 = 130;
+/// Time in which a second signal is the first one once more: `timeout` signals a program and its group.
+const SAME_SIGNAL: Duration = Duration::from_millis(500);
 
 /// Outcome of a command.
 enum CommandOutcome {
@@ -234,15 +237,19 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     }
 }
 
-/// Flag that Ctrl-C sets, and the signals by which systems end programs. A second Ctrl-C ends the program.
+/// Flag that Ctrl-C sets, and the signals by which systems end programs. A later Ctrl-C ends the program.
 fn stop_on_interrupt(screen: &Screen) -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let (raised, screen) = (Arc::clone(&stop), screen.clone());
-    let handler = move || {
-        if raised.swap(true, Ordering::Relaxed) {
-            std::process::exit(INTERRUPTED.into());
+    let mut first: Option<Instant> = None;
+    let handler = move || match first {
+        Some(first) if first.elapsed() > SAME_SIGNAL => std::process::exit(INTERRUPTED.into()),
+        Some(_) => {}
+        None => {
+            first = Some(Instant::now());
+            raised.store(true, Ordering::Relaxed);
+            screen.line("stopping at the next step to save; Ctrl-C again stops at once, unsaved");
         }
-        screen.line("stopping at the next step to save; Ctrl-C again stops at once, unsaved");
     };
     // Without the handler Ctrl-C ends the program at once; the last checkpoint remains.
     let _ = ctrlc::set_handler(handler);
