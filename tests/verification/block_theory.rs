@@ -24,12 +24,16 @@ fn failure(simulation: &mut Simulation, increments: u32) -> Option<RunError> {
 #[test]
 fn roof_wedge_falls_below_its_friction() {
     let case = of("cells_roof");
-    for (ratio, shear, exact) in
-        [("1", "1e8", 35.393), ("0.1", "1e7", 36.076), ("0.01", "1e6", 36.390)]
+    let rock = "material = \"rock\"\n\n[[cut]]";
+    let rigid = edited(&example(case.deck), rock, &format!("body = \"rigid\"\n{rock}"));
+    for ((body, text), (ratio, shear, exact)) in
+        [("", example(case.deck)), (", rigid", rigid)].into_iter().flat_map(|body| {
+            [("1", "1e8", 35.393), ("0.1", "1e7", 36.076), ("0.01", "1e6", 36.390)]
+                .map(|limit| (body.clone(), limit))
+        })
     {
         let stands = |friction: f64| {
-            let text =
-                edited(&example(case.deck), "friction = 35.5", &format!("friction = {friction}"));
+            let text = edited(&text, "friction = 35.5", &format!("friction = {friction}"));
             let text =
                 edited(&text, "shear_stiffness = 1e8", &format!("shear_stiffness = {shear}"));
             let mut simulation = simulation(&text);
@@ -38,8 +42,9 @@ fn roof_wedge_falls_below_its_friction() {
             failure(&mut simulation, 100).is_none()
         };
         let (low, high) = (exact - 0.05, exact + 0.05);
-        assert!(!stands(low) && stands(high), "{ratio}");
-        least(case, &format!("least friction, k_s / k_n = {ratio} [degrees]"), exact, [low, high]);
+        assert!(!stands(low) && stands(high), "{ratio}{body}");
+        let quantity = format!("least friction, k_s / k_n = {ratio}{body} [degrees]");
+        least(case, &quantity, exact, [low, high]);
     }
 }
 

@@ -37,7 +37,7 @@ static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// Exit status of an interrupted command, as in shells.
 const INTERRUPTED: u8 = 130;
-/// Time in which a second signal is the first one once more: `timeout` signals a program and its group.
+/// Time after a signal in which others count as the same one: `timeout` signals a program and its group.
 const SAME_SIGNAL: Duration = Duration::from_millis(500);
 
 /// Outcome of a command.

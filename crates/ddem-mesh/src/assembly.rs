@@ -173,14 +173,14 @@ impl Assembly {
     }
 
     /// Sums mass and stiffness over the elements at each node. `bonds` has those of nonconforming
-    /// joints by node.
+    /// joints by node; it is empty without such joints.
     pub fn assemble(
         &mut self,
         geometry: &Geometry,
         packs: &Packs,
         properties: &Properties,
         sections: &JointSections,
-        bonds: &[(usize, [f64; 4])],
+        bonds: &[[f64; 4]],
     ) {
         // Mass of each node and its three diagonal stiffnesses.
         let mut nodes = vec![[0.0; 4]; geometry.n_nodes];
@@ -202,8 +202,8 @@ impl Assembly {
         for at in 0..3 * packs.packs.len() {
             scatter_springs(geometry, packs, sections, at / 3, at % 3, &mut nodes);
         }
-        for (node, more) in bonds {
-            (0..4).for_each(|k| nodes[*node][k] += more[k]);
+        for (node, more) in nodes.iter_mut().zip(bonds) {
+            (0..4).for_each(|k| node[k] += more[k]);
         }
         for pack in packs.packs.iter().filter(|pack| pack.rigid) {
             self.rigid.push(rigid_matter(geometry, pack, &mut nodes));

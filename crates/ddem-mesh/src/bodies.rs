@@ -155,22 +155,20 @@ impl Geometry {
 
 impl Assembly {
     /// Finds the rigid bodies of several blocks, and gives the parts of each the mass and the inertia of
-    /// the whole body. `bonds` are mass and stiffness of nonconforming joints by node.
+    /// the whole body. `bonds` are mass and stiffness of nonconforming joints by node, or empty.
     pub(crate) fn unite_bodies(
         &mut self,
         geometry: &Geometry,
         packs: &Packs,
         properties: &Properties,
-        bonds: &[(usize, [f64; 4])],
+        bonds: &[[f64; 4]],
     ) {
         self.bodies = RigidBodies::new(geometry, packs);
         if self.bodies.is_empty() {
             return;
         }
-        let mut joints = vec![[0.0; 4]; geometry.n_nodes];
-        for (node, more) in bonds {
-            (0..4).for_each(|k| joints[*node][k] += more[k]);
-        }
+        let mut joints = bonds.to_vec();
+        joints.resize(geometry.n_nodes, [0.0; 4]);
         for body in 0..self.bodies.len() {
             let parts = self.bodies.parts(body);
             let (mass, centre, inertia) = geometry.inertia_of(properties, parts, &joints);

@@ -21,6 +21,8 @@ pub struct NonconformingJoint {
     pub gap: f64,
     /// Normal stiffness of the joint `[Pa/m]`.
     pub stiffness: f64,
+    /// Number of the cut that made its faces, if one did.
+    pub cut: Option<u32>,
 }
 
 impl NonconformingJoint {

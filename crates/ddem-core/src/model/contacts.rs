@@ -5,18 +5,19 @@ use ddem_joint::contact::{BondedPatch, ContactModel, Contacts, at_nodes};
 use ddem_mesh::Geometry;
 use ddem_mesh::properties::{JointProperties, Properties};
 
-/// Nodal masses `[kg]` and stiffness diagonals `[N/m]` of nonconforming joints, by node.
+/// Nodal masses `[kg]` and stiffness diagonals `[N/m]` of nonconforming joints, by node; empty without
+/// such joints.
 pub(super) fn at_bonds(
     properties: &Properties,
     geometry: &Geometry,
     contact: Option<&ContactModel>,
     bonded_patches: &[BondedPatch],
-) -> Vec<(usize, [f64; 4])> {
+) -> Vec<[f64; 4]> {
     let numbers = |joint: &JointProperties| {
         [joint.thickness, joint.layer().map_or(0.0, |layer| layer.density)]
     };
     let layers: Vec<[f64; 2]> = properties.joints.iter().map(numbers).collect();
-    contact.map_or_else(Vec::new, |contact| {
+    contact.filter(|_| !bonded_patches.is_empty()).map_or_else(Vec::new, |contact| {
         at_nodes(bonded_patches, &contact.blocks, geometry, &layers)
     })
 }

@@ -33,7 +33,7 @@ use crate::model::conditions::{ActiveConditions, AppliedForces, Conditions};
 use crate::model::problem::Problem;
 use crate::model::sliding::SlidingDamping;
 use ddem_joint::broken::BrokenJoints;
-use ddem_joint::contact::{BondedPatch, ContactModel, JointLookup, bonded_patches};
+use ddem_joint::contact::{BondedPatch, ContactModel, ContactPoint, JointLookup, bonded_patches};
 use ddem_mechanics::element::Elastic;
 use ddem_mechanics::law::Laws;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
@@ -319,6 +319,8 @@ impl Model {
             + self.in_situ.as_ref().map_or(0, InSitu::bytes)
             + self.ties.bytes()
             + self.assembly.bodies.bytes()
+            + self.bonded_patches.len() * size_of::<BondedPatch>()
+            + self.n_nonconforming_pairs() * size_of::<ContactPoint>()
     }
 
     /// Lumped mass of a node `[kg]`, eq. (3).

@@ -54,6 +54,12 @@ impl Model {
             .map_or_else(|| self.faces.last().map_or(0, ConformingJoint::end), BondedPatch::end)
     }
 
+    /// Number of pairs of nonconforming joints.
+    #[must_use]
+    pub fn n_nonconforming_pairs(&self) -> usize {
+        self.n_pairs() - self.faces.last().map_or(0, ConformingJoint::end)
+    }
+
     /// Numbers of the pairs of a joint; those of nonconforming joints come last.
     pub(crate) fn pairs_of(&self, joint: usize) -> Range<usize> {
         match self.joint(joint) {
@@ -83,7 +89,7 @@ impl Model {
             face.pairs(&self.geometry).map(move |nodes| {
                 let [a, b] = nodes.map(|node| self.point(node as usize));
                 let point = [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]));
-                PairAtRest { nodes, point, normal, joint }
+                PairAtRest { nodes, point, normal, joint, cut: None }
             })
         });
         matching.chain(self.bonded_patches.iter().flat_map(|joint| self.bonded_patch(joint)))
@@ -110,6 +116,7 @@ impl Model {
                 point: ((x + y) / 2.0).into(),
                 normal: patch.axes_now[0].into(),
                 joint: number,
+                cut: joint.cut,
             }
         })
     }
@@ -174,4 +181,6 @@ pub struct PairAtRest {
     pub normal: [f64; 3],
     /// Number of the joint's properties, in sorted order of the names.
     pub joint: u16,
+    /// Number of the cut that made the joint, if one did.
+    pub cut: Option<u32>,
 }

@@ -202,7 +202,7 @@ impl ModalEnergy<'_> {
         let blocks = model.contact.as_ref().map_or(&[][..], |contact| &contact.blocks);
         for joint in model.bonded_patches.iter().filter(touches) {
             let SpringStiffness { normal, shear } = joint.patch.surface.stiffness;
-            let nodes = joint.node_areas(blocks, &model.geometry).into_iter();
+            let nodes = joint.node_areas(blocks, &model.geometry);
             let nodes = nodes.filter(|(node, _)| model.whole_block(model.block_of(*node)) == own);
             let each = nodes.map(|(node, area)| {
                 let u = model.get(&self.mode.u, node);

@@ -99,6 +99,32 @@ fn balanced_stress_stays() {
     }
 }
 
+/// Rigid blocks carry a stress in the springs between them.
+#[test]
+fn rigid_blocks_carry_stress_in_their_joints() {
+    let mut deck = loaded(2, BOX, STRESS);
+    deck.blocks[0].body = Body::Rigid;
+    let mut simulation = simulation(&deck);
+    simulation.forces();
+    assert!(simulation.unbalanced() < 1e-14, "{}", simulation.unbalanced());
+    steps(&mut simulation, 200);
+    let moved = largest(&simulation.displacements());
+    assert!(moved < 1e-12 * 9e6 / 8e10, "{moved}");
+    let geometry = simulation.model().geometry();
+    let normals = simulation
+        .model()
+        .faces()
+        .iter()
+        .flat_map(|face| vec![Vec3::from(face.normal(geometry)); face.pairs(geometry).count()]);
+    let normals: Vec<Vec3> = normals.collect();
+    let tractions = simulation.tractions();
+    assert_eq!(tractions.len(), normals.len());
+    for (traction, normal) in tractions.iter().zip(normals) {
+        let off = Vec3::from(*traction) - matrix(STRESS) * normal;
+        assert!(off.norm() < 1e-9 * 9e6, "{traction:?}");
+    }
+}
+
 /// The same for refined blocks and sets with different divisions, joined by springs without
 /// thickness. Points are located on faces in single precision, so the tolerances are larger.
 #[test]
@@ -322,11 +348,6 @@ fn invalid_initial_stress_is_refused() {
     };
     let nowhere = faults(&|deck| deck.initial[0].r#where = plane(0, 77.0));
     assert!(nowhere.contains("initial[0].where") && nowhere.contains("no block"), "{nowhere}");
-    let rigid = faults(&|deck| {
-        deck.blocks[0].body = Body::Rigid;
-        deck.initial[0].r#where = Where::default();
-    });
-    assert!(rigid.contains("is rigid: it has no stress"), "{rigid}");
     let alone = faults(&|deck| {
         deck.initial[0] = Initial { gradient: Some(slopes()), ..Initial::default() };
     });

@@ -55,12 +55,6 @@ pub(super) fn stresses(deck: &Deck, problem: &Problem) -> Result<Vec<Option<Stre
         let place = format!("initial[{index}].where");
         if blocks.is_empty() {
             faults.push(nothing(place, "no block"));
-        } else if let Some(&rigid) = blocks.iter().find(|&&block| geometry.is_rigid(block)) {
-            let set = deck.set_name(geometry.set(rigid));
-            let number = geometry.part(rigid).map_or(rigid, |part| part.block as usize);
-            let message = format!("block {number} of set `{set}` is rigid: it has no stress");
-            let help = "select deformable blocks only, as in `where = { set = … }`";
-            faults.push(Fault::new(ErrorCode::NotSupported, place, message).help(help));
         }
         for block in blocks {
             stresses[block] = Some(Stress { origin, gradient });

@@ -120,7 +120,7 @@ pub enum BoundaryKind {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Initial {
-    /// Nodes; for `stress` deformable blocks and their joints; default everything.
+    /// Nodes; for `stress` blocks and their joints; default everything.
     #[serde(default, skip_serializing_if = "Where::is_everywhere")]
     pub r#where: Where,
     /// Velocity `[m/s]`; default `[0, 0, 0]`.

@@ -52,19 +52,23 @@ impl Size {
     }
 
     /// Size of a model of regions, whose blocks are known only once they have been cut, from the
-    /// numbers of their parts, nodes and elements.
+    /// numbers of their parts, nodes, elements, and pairs of their joints.
     #[must_use]
-    pub fn of_parts(blocks: f64, nodes: f64, elements: f64) -> Self {
-        // State, forces, joints and a frame of output; the table and the inertia of each element.
-        Self { blocks, nodes, bytes: blocks * 2500.0 + nodes * 700.0 + elements * 900.0 }
+    pub fn of_parts(blocks: f64, nodes: f64, elements: f64, pairs: f64) -> Self {
+        // State, forces and a frame of output; the table and the inertia of each element; the pairs in
+        // the model, in the state and in a measurement of it.
+        let bytes = blocks * 2500.0 + nodes * 700.0 + elements * 900.0 + pairs * 870.0;
+        Self { blocks, nodes, bytes }
     }
 
     /// Size of a model of regions before they are cut, from the expected number of cells. A cell
     /// between planes of three joint sets has eight corners, and a part at each of them with half of
-    /// the elements along its edges.
+    /// the elements along its edges; three of its faces lie on those of other cells.
     #[must_use]
     pub fn of_cells(cells: f64, divisions: f64) -> Self {
         let (parts, n) = (8.0 * cells, 0.5 * divisions);
-        Self::of_parts(parts, parts * (n + 1.0).powi(3), parts * n.powi(3))
+        let nodes_of_face = (n + 1.0).powi(2);
+        let pairs = 0.5 * 3.0 * nodes_of_face * parts;
+        Self::of_parts(parts, parts * (n + 1.0).powi(3), parts * n.powi(3), pairs)
     }
 }

@@ -24,6 +24,7 @@ mod rock_fractures;
 mod rock_run;
 mod rock_stability;
 mod rock_steps;
+mod rock_tessellations;
 mod rock_thin;
 mod rock_voronoi;
 mod run_messages;

@@ -64,7 +64,6 @@ changes! {
     ];
     stresses_and_rest: [
         ("", "[[blocks]]\nname = 'beside'\norigin = [3, 0, 0]\nsize = [1, 1, 1]\nmaterial = 'rock'\n[[initial]]\nstress = [-1e6, -1e6, -1e6, 0, 0, 0]\n"),
-        (SEAM, "joint = 'seam'\nbody = 'rigid'\n[[initial]]\nstress = [-1e6, -1e6, -1e6, 0, 0, 0]\n"),
         ("gravity = [0, 0, -10]", "gravity = [3, 0, -10]\n[[initial]]\nstress = [-1e6, -1e6, -1e6, 0, 0, 0]\n"),
         (SEAM, "joint = 'seam'\naxes = [[0.8, 0, 0.6], [0, 1, 0], [-0.6, 0, 0.8]]\n[[initial]]\nstress = [-1e6, -1e6, -1e6, 0, 0, 0]\n"),
         ("", "[[blocks]]\nname = 'far'\norigin = [9, 0, 1]\nsize = [1, 1, 1]\nmaterial = 'rock'\n[[stage]]\nname = 'a'\nkind = 'relax'\n"),

@@ -34,6 +34,11 @@ pub(super) fn blocks(model: &Model) -> OutputMesh {
         let rigid = per_cell(&|block| i32::from(model.is_rigid(block)));
         fields.push(("rigid", Location::Cell, rigid));
     }
+    let cell = |block: usize| model.geometry().part(block).map(|part| part.cell);
+    if (0..model.n_blocks()).any(|block| cell(block).is_some()) {
+        let cell = per_cell(&|block| number(cell(block)));
+        fields.push(("cell", Location::Cell, cell));
+    }
     OutputMesh { grid: Grid { points, cells: Cells::Hexahedra(cells) }, fields }
 }
 
@@ -42,8 +47,15 @@ pub(super) fn blocks(model: &Model) -> OutputMesh {
 pub(super) fn joints(model: &Model) -> OutputMesh {
     let points = model.pairs().map(|pair| pair.point).collect();
     let joint = model.pairs().map(|pair| i32::from(pair.joint)).collect();
-    OutputMesh {
-        grid: Grid { points, cells: Cells::Quads(model.quads().collect()) },
-        fields: vec![("joint", Location::Point, joint)],
+    let mut fields = vec![("joint", Location::Point, joint)];
+    if model.pairs().any(|pair| pair.cut.is_some()) {
+        let cut = model.pairs().map(|pair| number(pair.cut)).collect();
+        fields.push(("cut", Location::Point, cut));
     }
+    OutputMesh { grid: Grid { points, cells: Cells::Quads(model.quads().collect()) }, fields }
+}
+
+/// A number, or −1 if there is none.
+fn number(of: Option<u32>) -> i32 {
+    of.map_or(-1, |of| of as i32)
 }

@@ -176,7 +176,9 @@ fn refuse(size: Size, available: u64) -> Result<(), RunFailure> {
 fn grown(size: Size, model: &Model) -> Size {
     let (blocks, nodes) = (model.n_blocks() as f64, model.n_nodes() as f64);
     if size.nodes == 0.0 {
-        return Size::of_parts(blocks, nodes, model.n_elements() as f64);
+        let [elements, pairs] =
+            [model.n_elements(), model.n_nonconforming_pairs()].map(|count| count as f64);
+        return Size::of_parts(blocks, nodes, elements, pairs);
     }
     let more = (nodes / size.nodes).max(1.0);
     Size { blocks: blocks.max(size.blocks), nodes: nodes.max(size.nodes), bytes: more * size.bytes }

@@ -4,6 +4,7 @@ use ddem_core::{Energy, Profile, RunError, Safety, SafetySearch, SafetyTrial, Ve
 use ddem_deck::{Deck, Stage, StageKind};
 
 use super::RunFailure;
+use super::mesh::{OutputMesh, blocks, joints};
 use super::report::build;
 use super::safety::warnings;
 use super::warnings::energy_imbalance;
@@ -131,9 +132,47 @@ fn regions_beyond_the_memory_are_refused_before_they_are_cut() {
         let (deck, _) = ddem_deck::parse_alone(&text(spacing), "rock.toml").unwrap();
         build(&deck, available).map_or_else(|failure| failure.to_string(), |_| String::new())
     };
-    // 1331 cells with 8 parts of 8 nodes and one element each: 2500 + 8 ⋅ 700 + 900 B each, 95.8 MB.
-    assert_eq!(message(1.0, 95_833_000), "");
-    let refused = [(1.0, 95_831_000), (0.05, 16_000_000_000), (0.001, u64::MAX)];
+    // 1331 cells with 8 parts of 8 nodes, one element and 6 pairs each: 2500 + 8 ⋅ 700 + 900 + 6 ⋅ 870 B
+    // each, 151.4 MB.
+    assert_eq!(message(1.0, 151_415_000), "");
+    let refused = [(1.0, 151_414_000), (0.05, 16_000_000_000), (0.001, u64::MAX)];
     let messages = refused.map(|(spacing, available)| message(spacing, available));
     insta::assert_snapshot!(messages.join("\n"));
+}
+
+/// Two cells side by side, divided at half their height into joined ones, on a block of a set.
+#[test]
+fn fields_of_regions_name_cells_and_cuts() {
+    let rock = "
+        size = [2, 1, 1]
+        origin = [0, 0, -1]
+        joint = 'seam'
+        [joints.seam]
+        normal_stiffness = 1e10
+        shear_stiffness = 5e9
+        [[region]]
+        box = { from = [0, 0, 0], to = [2, 1, 1] }
+        material = 'rock'
+        joint = 'seam'
+        [[cut]]
+        plane = { dip = 0, dip_direction = 0, through = [0, 0, 0.5] }
+        join = true
+        [[cut]]
+        plane = { dip = 90, dip_direction = 90, through = [1, 0, 0] }
+        joint = 'seam'
+        ";
+    let text = format!("{}{rock}", CUBE.replace("size = [1, 1, 1]", ""));
+    let (deck, _) = ddem_deck::parse_alone(&text, "rock.toml").unwrap();
+    let model = build(&deck, u64::MAX).unwrap_or_else(|failure| panic!("{failure}")).model;
+    let values = |mesh: &OutputMesh, wanted: &str| {
+        let field = mesh.constants().into_iter().find(|field| field.name == wanted).unwrap();
+        let mut values = field.values.to_vec();
+        values.sort_unstable();
+        values.dedup();
+        values
+    };
+    assert_eq!(values(&blocks(&model), "block"), [0, 1, 2]);
+    assert_eq!(values(&blocks(&model), "cell"), [-1, 0, 1, 2, 3]);
+    // No cut made the joint on the set.
+    assert_eq!(values(&joints(&model), "cut"), [-1, 1]);
 }

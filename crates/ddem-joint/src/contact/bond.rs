@@ -101,7 +101,7 @@ impl PatchBuilder<'_> {
         }
         let joint = joint_pair.joint;
         patch.bond = Some(Bond { joint, law: joint, status: JointStatus::InPlace });
-        BondedPatch { patch, quads, first_pair: 0, gap: joint_pair.gap }
+        BondedPatch { patch, quads, first_pair: 0, cut: joint_pair.cut, gap: joint_pair.gap }
     }
 }
 
@@ -114,6 +114,8 @@ pub struct BondedPatch {
     pub quads: Vec<[u32; 4]>,
     /// Number of its first pair.
     pub first_pair: usize,
+    /// Number of the cut that made its faces, if one did.
+    pub cut: Option<u32>,
     /// Distance between the two faces `[m]`.
     gap: f64,
 }
@@ -124,19 +126,31 @@ impl BondedPatch {
         self.first_pair + self.patch.points.len()
     }
 
-    /// Nodes of both sides with their parts of the area `[m²]`, a node several times.
-    pub fn node_areas(&self, blocks: &[ContactBlock], geometry: &Geometry) -> Vec<(usize, f64)> {
-        let mut areas = Vec::new();
-        for side in 0..2 {
-            let block = self.patch.blocks[side] as usize;
+    /// Nodes of both sides with their shape functions and the areas `[m²]` of the points, a node
+    /// several times.
+    fn weights<'a>(
+        &'a self,
+        blocks: &'a [ContactBlock],
+        geometry: &'a Geometry,
+    ) -> impl Iterator<Item = (usize, f64, f64)> + 'a {
+        let Patch { blocks: sides, points, .. } = &self.patch;
+        (0..2).flat_map(move |side| {
+            let block = sides[side] as usize;
             let first = geometry.blocks[block].first_node as usize;
-            for point in &self.patch.points {
+            points.iter().flat_map(move |point| {
                 let weights = blocks[block].weights(&point.points[side]).into_iter();
-                areas
-                    .extend(weights.map(|(node, weight)| (first + node, weight * point.pair.area)));
-            }
-        }
-        areas
+                weights.map(move |(node, weight)| (first + node, weight, point.pair.area))
+            })
+        })
+    }
+
+    /// Nodes of both sides with their parts of the area `[m²]`, a node several times.
+    pub fn node_areas<'a>(
+        &'a self,
+        blocks: &'a [ContactBlock],
+        geometry: &'a Geometry,
+    ) -> impl Iterator<Item = (usize, f64)> + 'a {
+        self.weights(blocks, geometry).map(|(node, weight, area)| (node, weight * area))
     }
 }
 
@@ -169,9 +183,9 @@ pub fn bonded_patches(
     let bond = |joint_pair: &NonconformingJoint| {
         let of = |block: u32| stresses.get(block as usize).copied().flatten();
         let [a, b] = joint_pair.blocks.map(of);
-        // A rigid block has no stress of its own and takes that of the other block.
+        // A rigid block for which no stress is given takes that of the other block.
         let [rigid_a, rigid_b] = joint_pair.blocks.map(|block| geometry.is_rigid(block as usize));
-        let both = [if rigid_a { b } else { a }, if rigid_b { a } else { b }];
+        let both = [a.or(b.filter(|_| rigid_a)), b.or(a.filter(|_| rigid_b))];
         builder.bond(joint_pair, joints[usize::from(joint_pair.joint)], both)
     };
     let mut bonded: Vec<BondedPatch> = geometry.nonconforming_joints.par_iter().map(bond).collect();
@@ -184,7 +198,7 @@ pub fn bonded_patches(
     bonded
 }
 
-/// Nodal masses `[kg]` and stiffness diagonals `[N/m]` of nonconforming joints. `layers` are the
+/// Nodal masses `[kg]` and stiffness diagonals `[N/m]` of nonconforming joints, by node. `layers` are the
 /// thickness `[m]` and density `[kg/m³]` of each joint. Each side gets half the mass of the layer,
 /// whose thickness is limited to the gap.
 pub fn at_nodes(
@@ -192,9 +206,10 @@ pub fn at_nodes(
     blocks: &[ContactBlock],
     geometry: &Geometry,
     layers: &[[f64; 2]],
-) -> Vec<(usize, [f64; 4])> {
-    let mut at_nodes = Vec::new();
-    for BondedPatch { patch, gap, .. } in bonded {
+) -> Vec<[f64; 4]> {
+    let mut at_nodes = vec![[0.0; 4]; geometry.n_nodes];
+    for joint in bonded {
+        let BondedPatch { patch, gap, .. } = joint;
         let Some(bond) = &patch.bond else { continue };
         if patch.blocks.iter().any(|&block| geometry.is_removed(block as usize)) {
             continue;
@@ -203,16 +218,11 @@ pub fn at_nodes(
         let layer = 0.5 * density * gap.clamp(0.0, thickness);
         let SpringStiffness { normal, shear } = patch.surface.stiffness;
         let stiffness = patch.axes[0].map(|n| normal * n * n + shear * (1.0 - n * n));
-        for side in 0..2 {
-            let block = patch.blocks[side] as usize;
-            let first = geometry.blocks[block].first_node as usize;
-            for point in &patch.points {
-                for (node, weight) in blocks[block].weights(&point.points[side]) {
-                    let part = weight * point.pair.area;
-                    let [x, y, z] = <[f64; 3]>::from(stiffness * (weight * part));
-                    at_nodes.push((first + node, [layer * part, x, y, z]));
-                }
-            }
+        for (node, weight, area) in joint.weights(blocks, geometry) {
+            let part = weight * area;
+            let [x, y, z] = <[f64; 3]>::from(stiffness * (weight * part));
+            let more = [layer * part, x, y, z];
+            (0..4).for_each(|k| at_nodes[node][k] += more[k]);
         }
     }
     at_nodes

@@ -4,8 +4,6 @@
 //! most twice as stiff as one block against fixed ground. A block is stiffest with contacts on all
 //! its faces.
 
-use std::collections::BTreeMap;
-
 use nalgebra::{Matrix3, Matrix6};
 
 use super::ContactSurfaces;
@@ -87,7 +85,7 @@ impl AddedStiffness {
         assembly: &Assembly,
         contacts: bool,
         ratio: f64,
-        bonds: &[(usize, [f64; 2])],
+        bonds: &[[f64; 2]],
     ) -> Self {
         let mut squares = vec![Lanes::ZERO; packs.nodes];
         let mut rates = squares.clone();
@@ -149,24 +147,17 @@ fn at_parts(
     geometry: &Geometry,
     packs: &Packs,
     assembly: &Assembly,
-    bonds: &[(usize, [f64; 2])],
+    bonds: &[[f64; 2]],
     mut visit: impl FnMut(usize, usize, [f64; 2]),
 ) {
-    let mut sums: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
-    for (node, more) in bonds {
-        let sum = sums.entry(*node).or_default();
-        (0..2).for_each(|k| sum[k] += more[k]);
-    }
-    for group in geometry.tied_deformable() {
-        let of = |k: usize| {
-            group.iter().filter_map(|node| sums.get(&(*node as usize))).map(|own| own[k]).sum()
-        };
+    let mut sums = bonds.to_vec();
+    for group in geometry.tied_deformable().filter(|_| !bonds.is_empty()) {
+        let of = |k: usize| group.iter().map(|&node| sums[node as usize][k]).sum();
         let whole = [of(0), of(1)];
-        if whole != [0.0; 2] {
-            sums.extend(group.iter().map(|node| (*node as usize, whole)));
-        }
+        group.iter().for_each(|&node| sums[node as usize] = whole);
     }
-    for (node, [stiffness, dashpot]) in sums {
+    let some = |(_, sum): &(usize, [f64; 2])| *sum != [0.0; 2];
+    for (node, [stiffness, dashpot]) in sums.into_iter().enumerate().filter(some) {
         let block = geometry.block_of(node);
         if geometry.part(block).is_none() || geometry.is_rigid(block) {
             continue;

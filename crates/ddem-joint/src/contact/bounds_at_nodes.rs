@@ -1,25 +1,20 @@
 //! Upper bounds of the stiffness that joints and contacts add to the nodes of parts of cells.
 
-use std::collections::BTreeMap;
-
 use super::{BondedPatch, CombinedSurface, ContactBlock, ContactSurfaces};
 use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::law::SpringStiffness;
 use ddem_mesh::{BlockFace, Geometry, quad_points};
 
-/// Stiffness `[N/m]` and dashpot `[N s/m]`, by node.
-type AtNodes = BTreeMap<usize, [f64; 2]>;
-
 /// Upper bounds of the stiffness `[N/m]` and coefficients of the dashpots `[N s/m]` that nonconforming
-/// joints and, with the surfaces of `contacts`, contacts add to nodes. A contact replaces a joint, so
-/// that the larger ones count.
+/// joints and, with the surfaces of `contacts`, contacts add to nodes, by node. A contact replaces a joint,
+/// so that the larger ones count.
 pub fn bounds_at_nodes(
     bonded: &[BondedPatch],
     contacts: Option<&ContactSurfaces>,
     blocks: &[ContactBlock],
     geometry: &Geometry,
-) -> Vec<(usize, [f64; 2])> {
-    let mut at_nodes = AtNodes::new();
+) -> Vec<[f64; 2]> {
+    let mut at_nodes = vec![[0.0; 2]; geometry.n_nodes];
     for joint in bonded {
         let patch = &joint.patch;
         if patch.blocks.iter().any(|&block| geometry.is_removed(block as usize)) {
@@ -28,28 +23,28 @@ pub fn bounds_at_nodes(
         let CombinedSurface { stiffness: SpringStiffness { normal, shear }, dashpot, .. } =
             patch.surface;
         for (node, area) in joint.node_areas(blocks, geometry) {
-            add(&mut at_nodes, node, [normal.max(shear) * area, dashpot * area]);
+            add(&mut at_nodes[node], [normal.max(shear) * area, dashpot * area]);
         }
     }
     if let Some(surfaces) = contacts {
-        for (node, of_contacts) in at_faces(surfaces, blocks, geometry) {
-            let most = at_nodes.entry(node).or_default();
+        for (most, of_contacts) in at_nodes.iter_mut().zip(at_faces(surfaces, blocks, geometry)) {
             (0..2).for_each(|k| most[k] = most[k].max(of_contacts[k]));
         }
     }
-    at_nodes.into_iter().collect()
+    at_nodes
 }
 
-fn add(at_nodes: &mut AtNodes, node: usize, more: [f64; 2]) {
-    if more != [0.0; 2] {
-        let sum = at_nodes.entry(node).or_default();
-        (0..2).for_each(|k| sum[k] += more[k]);
-    }
+fn add(sum: &mut [f64; 2], more: [f64; 2]) {
+    (0..2).for_each(|k| sum[k] += more[k]);
 }
 
 /// Contacts on all faces of cells that no joined cell covers.
-fn at_faces(surfaces: &ContactSurfaces, blocks: &[ContactBlock], geometry: &Geometry) -> AtNodes {
-    let mut at_nodes = AtNodes::new();
+fn at_faces(
+    surfaces: &ContactSurfaces,
+    blocks: &[ContactBlock],
+    geometry: &Geometry,
+) -> Vec<[f64; 2]> {
+    let mut at_nodes = vec![[0.0; 2]; geometry.n_nodes];
     let parts = (0..blocks.len()).filter(|&block| geometry.part(block).is_some());
     for block in parts.filter(|&block| !geometry.is_removed(block)) {
         let first = geometry.blocks[block].first_node as usize;
@@ -62,7 +57,7 @@ fn at_faces(surfaces: &ContactSurfaces, blocks: &[ContactBlock], geometry: &Geom
                 for (shape, area) in quad_points(&corners) {
                     for (node, weight) in nodes.into_iter().zip(shape) {
                         let area = weight * area;
-                        add(&mut at_nodes, first + node, [stiffness * area, dashpot * area]);
+                        add(&mut at_nodes[first + node], [stiffness * area, dashpot * area]);
                     }
                 }
             }

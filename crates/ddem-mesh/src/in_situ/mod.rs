@@ -131,8 +131,8 @@ impl InSitu {
     ) -> Option<InitialForces> {
         let table = assembly.pack_tables[index][offset];
         let pack = &packs.packs[index];
-        // The joints of rigid blocks are springs.
-        if table == NO_TABLE || (pack.rigid && offset != 0) {
+        // Rigid blocks carry it in their joints, which are springs.
+        if table == NO_TABLE || pack.rigid {
             return None;
         }
         let numbering = packs.numbering_of(pack);

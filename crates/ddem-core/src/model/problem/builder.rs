@@ -321,6 +321,7 @@ impl ProblemBuilder {
             area: overlap.area,
             gap: overlap.gap,
             stiffness: properties.stiffness().normal,
+            cut: None,
         })
     }
 }

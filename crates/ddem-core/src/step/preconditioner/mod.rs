@@ -263,8 +263,10 @@ fn bond_bounds(model: &Model, contact_masses: &ContactMasses) -> Vec<f64> {
         !geometry.is_rigid(block) || geometry.part(block).is_some_and(touches)
     };
     let bonds = bounds_at_nodes(&model.bonded_patches, meets, &contact.blocks, geometry);
-    for (node, [stiffness, _]) in bonds.into_iter().filter(|(node, _)| has_springs(*node)) {
-        bounds[node] += 2.0 * stiffness;
+    for (node, [stiffness, _]) in bonds.into_iter().enumerate() {
+        if stiffness > 0.0 && has_springs(node) {
+            bounds[node] = 2.0 * stiffness;
+        }
     }
     for group in model.geometry.tied_deformable() {
         let sum: f64 = group.iter().map(|&node| bounds[node as usize]).sum();

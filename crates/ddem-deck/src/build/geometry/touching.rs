@@ -152,7 +152,7 @@ impl TouchingFaces<'_> {
             self.0.face_overlap(indices, &rest_faces, [-thickness, thickness])?;
         let joined = self.joins(indices, &rest_faces, (gap, thickness));
         let faces = faces.map(|face| face.face);
-        Some((NonconformingJoint { blocks, faces, joint, area, gap, stiffness }, joined))
+        Some((NonconformingJoint { blocks, faces, joint, area, gap, stiffness, cut: None }, joined))
     }
 
     /// Pairs of blocks whose boxes are at most `reach` apart, with a tolerance for rounding.

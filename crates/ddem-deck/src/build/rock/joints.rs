@@ -38,7 +38,7 @@ impl RockBlocks<'_> {
             let Some(origin) = self.origin(face) else { continue };
             for (faces, area) in self.facing(geometry, face) {
                 let origin = self.beside_fracture(origin, face, &faces[0].centre(geometry));
-                joints.push((self.joint(faces, origin.own, area), origin));
+                joints.push((self.joint(faces, &origin, area), origin));
             }
         }
         joints.sort_by_key(|(joint, _)| joint.blocks);
@@ -122,15 +122,16 @@ impl RockBlocks<'_> {
         self.deck.region.iter().enumerate().map(of).collect()
     }
 
-    fn joint(&self, faces: [BlockFace; 2], joint: u16, area: f64) -> NonconformingJoint {
+    fn joint(&self, faces: [BlockFace; 2], origin: &JointOrigin, area: f64) -> NonconformingJoint {
         let [a, b] = if faces[0].block < faces[1].block { faces } else { [faces[1], faces[0]] };
         NonconformingJoint {
             blocks: [a.block as u32, b.block as u32],
             faces: [a.face, b.face],
-            joint,
+            joint: origin.own,
             area,
             gap: 0.0,
-            stiffness: normal_stiffness(self.deck, joint),
+            stiffness: normal_stiffness(self.deck, origin.own),
+            cut: origin.cut,
         }
     }
 
