@@ -105,6 +105,7 @@ pub(crate) const CASES: &[Case] = &[
     case("V14 waves that leave", "v14_p"),
     case("V14 waves that leave", "v14_s"),
     case("V14 wave from below", "v14_wave"),
+    case("V14 wave from below, cells", "cells_wave"),
     case("V14 free field", "v14_free_field"),
     case("V15 convergence", "v15_convergence_n2"),
     case("V15 convergence", "v15_convergence_n4"),

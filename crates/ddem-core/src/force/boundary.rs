@@ -47,13 +47,13 @@ impl Dashpots<'_> {
             let three = |field: &[Lanes]| Vector3::from([0, 1, 2].map(|c| field[at + c].0[lane]));
             let node = DashpotNode {
                 dashpot,
-                wave: boundary_force.wave,
+                wave: boundary_force.wave / dashpot.share,
                 numbers: [0, 1, 2].map(|c| coefficients.at(at + c, lane)),
                 now: three(v),
                 force: three(f),
             };
             let taken = node.dashpot_force(motion, self.velocities);
-            *force = taken.into();
+            *force = (taken * dashpot.share).into();
             (0..3).for_each(|c| f[at + c].0[lane] += taken[c]);
         }
     }

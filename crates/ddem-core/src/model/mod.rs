@@ -105,6 +105,7 @@ impl Model {
         let sliding =
             SlidingDamping::new(&laws, contact.as_ref(), ratio, &geometry, &packs, &assembly);
         let geometries = StageGeometry { now: &geometry, start: &geometry, packs: &packs };
+        boundaries.add_tied(&geometry);
         boundaries.note_damping(geometries, &assembly);
         let in_situ = InSitu::new(stresses.clone(), &geometry, &packs, &assembly);
         let ties = TiedSlots::new(&geometry, &packs);

@@ -1,7 +1,7 @@
 //! Entries that do not act on regions yet, by name.
 
 use super::{ErrorCode, Faults};
-use crate::schema::Deck;
+use crate::schema::{BoundaryKind, Deck, Where};
 
 /// Faults of a deck with regions that a run does not support yet.
 pub(super) fn check(deck: &Deck, faults: &mut Faults) {
@@ -11,22 +11,27 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
     let mut refuse = |place: String, message: &str, help: &str| {
         faults.add_help(ErrorCode::NotSupported, place, message, help);
     };
+    let is_of_blocks = |r#where: &Where| {
+        let set = r#where.set.as_deref();
+        deck.blocks.iter().any(|blocks| set.is_some() && blocks.name.as_deref() == set)
+    };
     for (i, entry) in deck.refine.iter().enumerate() {
-        let set = entry.r#where.set.as_deref();
-        if !deck.blocks.iter().any(|blocks| set.is_some() && blocks.name.as_deref() == set) {
+        if !is_of_blocks(&entry.r#where) {
             let message = "cells of regions cannot be refined yet";
             let help =
                 "more `divisions` of the region; `set` in `where` names a set of blocks to refine";
             refuse(format!("refine[{i}]"), message, help);
         }
     }
-    let sections = [
-        ("charge", !deck.charge.is_empty(), "charges do not act on regions yet"),
-        ("boundary", !deck.boundary.is_empty(), "boundaries do not act on regions yet"),
-    ];
-    for (section, given, message) in sections {
-        if given {
-            refuse(format!("{section}[0]"), message, "leave it out, or model sets of blocks alone");
+    if !deck.charge.is_empty() {
+        let message = "charges do not act on regions yet";
+        refuse("charge[0]".into(), message, "leave it out, or model sets of blocks alone");
+    }
+    for (i, entry) in deck.boundary.iter().enumerate() {
+        if entry.kind == BoundaryKind::FreeField && !is_of_blocks(&entry.r#where) {
+            let message = "free-field sides do not act on regions yet";
+            let help = "kind \"viscous\"; `set` in `where` names a set of blocks beside the region";
+            refuse(format!("boundary[{i}]"), message, help);
         }
     }
     for (i, _) in deck.load.iter().enumerate().filter(|(_, load)| load.line.is_some()) {

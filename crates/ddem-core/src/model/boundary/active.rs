@@ -13,7 +13,7 @@ use ddem_mesh::{BlockFace, Vec3};
 /// Mark of an axis that no fix holds.
 const FREE: u32 = u32::MAX;
 
-/// Sum of the dashpots of one node.
+/// Sum of the dashpots of one node, and of the nodes tied to it.
 #[derive(Clone, Debug)]
 pub(crate) struct Dashpot {
     /// Place of the x component in a nodal field.
@@ -22,6 +22,8 @@ pub(crate) struct Dashpot {
     node: u32,
     /// Damping matrix `[N s/m]`.
     pub(crate) resistance: Resistance,
+    /// Part of the force in the sums over the tied nodes; 1 without ties.
+    pub(crate) share: f64,
     /// Number of the fix that holds each axis, or [`FREE`].
     held: [u32; 3],
     /// Constant force that replaces the last reaction of an ended support `[N]`.
@@ -105,13 +107,25 @@ impl ActiveBoundaries {
         for (node, resistance) in dashpots.filter(|(node, _)| exists(*node)) {
             *sums.entry(*node).or_insert_with(Resistance::zeros) += resistance;
         }
+        let copies = |node: u32| {
+            let tied = geometries.now.ties.with(node).iter().copied().filter(|&copy| exists(copy));
+            // Without ties a node is its own copy.
+            Some(node).into_iter().chain(tied.filter(move |&copy| copy != node))
+        };
         let mut dashpots: Vec<(usize, Dashpot)> = Vec::with_capacity(sums.len());
-        for (node, resistance) in sums {
+        for &node in sums.keys() {
+            // In the order of the nodes, so that all copies have equal bits.
+            let group: BTreeSet<u32> = copies(node).collect();
+            let resistance = group.iter().filter_map(|copy| sums.get(copy)).sum();
+            let share = 1.0 / group.len() as f64;
             let slot = geometries.packs.node_slot(geometries.now, node as usize);
             let NodeSlot { pack, at, lane } = slot;
             let held = held(active, slot).map(|fix| fix.unwrap_or(FREE));
             let locked_reactions = locked_reactions.get(&node).copied().unwrap_or_default().into();
-            dashpots.push((pack, Dashpot { at, lane, node, resistance, held, locked_reactions }));
+            dashpots.push((
+                pack,
+                Dashpot { at, lane, node, resistance, share, held, locked_reactions },
+            ));
         }
         dashpots.sort_by_key(|(pack, d)| (*pack, d.at, d.lane));
         let mut in_force = Self {
@@ -122,10 +136,13 @@ impl ActiveBoundaries {
         };
         for (index, boundary) in here() {
             let Some(wave) = boundary.wave else { continue };
-            for (node, resistance) in &boundary.dashpots {
-                let Some(&dashpot) = in_force.by_node.get(node) else { continue };
-                let force = 2.0 * (resistance * wave);
-                in_force.waves.push(NodeWave { dashpot, boundary: index, force });
+            let own = boundary.dashpots.iter().filter(|(_, r)| *r != Resistance::zeros());
+            for (node, resistance) in own {
+                for copy in copies(*node) {
+                    let Some(&dashpot) = in_force.by_node.get(&copy) else { continue };
+                    let force = 2.0 * in_force.dashpots[dashpot].share * (resistance * wave);
+                    in_force.waves.push(NodeWave { dashpot, boundary: index, force });
+                }
             }
         }
         for (index, boundary) in here() {

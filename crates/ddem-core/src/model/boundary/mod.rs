@@ -43,7 +43,8 @@ pub(crate) struct BoundaryForce {
 /// One boundary.
 #[derive(Clone, Debug)]
 pub struct ModelBoundary {
-    /// Dashpots by face and node `[N s/m]`. A node occurs once for each of its faces.
+    /// Dashpots by face and node `[N s/m]`. A node occurs once for each of its faces. The model adds
+    /// the nodes tied to them.
     pub dashpots: Vec<(u32, Resistance)>,
     /// Faces of the boundary, each with its selected area and its whole area `[m²]`.
     pub faces: Vec<(BlockFace, [f64; 2])>,
@@ -88,6 +89,19 @@ impl Boundaries {
     /// True if a boundary is in force in a stage.
     pub fn has(&self, boundary: usize, stage: usize) -> bool {
         self.list[boundary].in_force.has(stage)
+    }
+
+    /// Adds the nodes that are tied to those of dashpots, without a resistance of their own, because
+    /// dashpots act on tied nodes as on one.
+    pub(super) fn add_tied(&mut self, geometry: &Geometry) {
+        for boundary in &mut self.list {
+            let mut nodes: BTreeSet<u32> =
+                boundary.dashpots.iter().map(|(node, _)| *node).collect();
+            let known: Vec<u32> = nodes.iter().copied().collect();
+            let tied = known.iter().flat_map(|&node| geometry.ties.with(node));
+            let more = tied.filter(|&&node| nodes.insert(node));
+            boundary.dashpots.extend(more.map(|&node| (node, Resistance::zeros())));
+        }
     }
 
     /// Stores the slots of the nodes in front of the columns, and their stiffness over mass for
