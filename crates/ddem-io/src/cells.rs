@@ -14,7 +14,7 @@ use crate::run::RunFailure;
 use crate::vtkhdf::{Cells, Constant, FieldSpec, Grid, Location, Writer};
 
 /// Columns of `blocks.csv`, a row for each cell.
-const COLUMNS: [&str; 19] = [
+const COLUMNS: [&str; 20] = [
     "cell",
     "volume",
     "surface",
@@ -22,6 +22,7 @@ const COLUMNS: [&str; 19] = [
     "width",
     "faces",
     "vertices",
+    "hexes",
     "x",
     "y",
     "z",
@@ -78,6 +79,7 @@ fn rows(rock: &CutRock, verdicts: &[BlockVerdict], path: &Path) -> Result<(), Ou
             of.width.to_string(),
             cell.faces.len().to_string(),
             cell.vertices().len().to_string(),
+            rock.n_elements(number).to_string(),
             of.centroid.x.to_string(),
             of.centroid.y.to_string(),
             of.centroid.z.to_string(),

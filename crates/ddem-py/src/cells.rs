@@ -9,6 +9,22 @@ use crate::{arrays, fields};
 
 #[pymethods]
 impl PyModel {
+    /// Table of the cells of the regions, as :meth:`cells` has it with their polyhedra.
+    ///
+    /// Returns
+    /// -------
+    /// Table
+    ///     Row for each cell, with the columns of ``blocks.csv``: `volume`, `width`, `faces`, `hexes`,
+    ///     `centroid`, and by block theory `mode` and `factor`, among others; see :class:`Cells`.
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     All faults of regions and cuts, each with the line of the script that made the entry.
+    fn blocks<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.cells(py)?.getattr("table")
+    }
+
     /// Cuts the regions, and finds by block theory which blocks can move.
     ///
     /// Returns
@@ -26,7 +42,7 @@ impl PyModel {
     /// >>> rock = ddem.Material(density=2700, young=50e9, poisson=0.25)
     /// >>> fault = ddem.Joint(normal_stiffness=5e9, shear_stiffness=1e9, friction=22)
     /// >>> model = ddem.Model()
-    /// >>> model.add_region(box={"from": (0, 0, 0), "to": (4, 4, 4)}, material=rock)
+    /// >>> model.add_region(box=((0, 0, 0), (4, 4, 4)), material=rock)
     /// >>> model.cut(plane={"dip": 60, "dip_direction": 250, "through": (2, 2, 2)}, joint=fault)
     /// >>> model.cells().table["volume"]
     /// array([32., 32.])
@@ -99,6 +115,7 @@ fn cell_array<'py>(
         ("width", "f8", number(&|i| rock.properties[i].width)?),
         ("faces", "i8", count(&|i| cell(i).faces.len())?),
         ("vertices", "i8", count(&|i| cell(i).vertices().len())?),
+        ("hexes", "i8", count(&|i| rock.n_elements(i))?),
         ("centroid", "f8", arrays::rows(py, centroids)?),
         ("region", region_type.as_str(), regions),
         ("material", material_type.as_str(), materials),

@@ -251,11 +251,24 @@ fn unknown(section: &str, given: &Bound<'_, PyAny>, key: &str, error: PyErr) -> 
     if faults.is_empty() { error } else { arguments(py, ModelError { faults }, &place) }
 }
 
-/// Expands a shorthand: the damping ratio of a stage, or the rows of a table.
+/// Expands a shorthand: the damping ratio of a stage, two corners of a box, the rows of a table, or `start`
+/// and `end` of a tunnel, because `from` is no name in Python.
 fn shorthand((section, key): (&str, &str), value: Value) -> Value {
     let only = |key: &str, value| Value::Table(Table::from_iter([(key.to_owned(), value)]));
     match (section, key, value) {
         ("stage", "damping", ratio @ (Value::Integer(_) | Value::Float(_))) => only("ratio", ratio),
+        ("region", "box", Value::Array(corners)) if corners.len() == 2 => {
+            let ends = ["from", "to"].map(str::to_owned);
+            Value::Table(ends.into_iter().zip(corners).collect())
+        }
+        ("cut", "tunnel", Value::Table(tunnel)) => {
+            let name = |key: String| match key.as_str() {
+                "start" => "from".to_owned(),
+                "end" => "to".to_owned(),
+                _ => key,
+            };
+            Value::Table(tunnel.into_iter().map(|(key, value)| (name(key), value)).collect())
+        }
         (_, "history", rows @ Value::Array(_)) => only("table", rows),
         (_, _, value) => value,
     }

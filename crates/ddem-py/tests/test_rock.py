@@ -102,7 +102,7 @@ def test_table_is_that_of_the_command_line(tmp_path: Path) -> None:
     with (tmp_path / "cut" / "blocks.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert len(rows) == len(table)
-    numbers = ("volume", "surface", "free_area", "width", "faces", "vertices", "block")
+    numbers = ("volume", "surface", "free_area", "width", "faces", "vertices", "hexes", "block")
     for name in (*numbers, "factor", "plunge", "trend"):
         of_file = np.array([float(row[name] or "nan") for row in rows])
         assert same(of_file, np.asarray(table[name], np.float64)), name
@@ -112,6 +112,19 @@ def test_table_is_that_of_the_command_line(tmp_path: Path) -> None:
     )
     for name in ("region", "material", "cuts", "mode", "on"):
         assert [row[name] for row in rows] == table[name].tolist(), name
+
+
+def test_shorthands_give_the_same_cells() -> None:
+    model = ddem.Model(title="sets")
+    model.add_region(box=((0, 0, 0), (8, 8, 8)), material=ROCK)
+    outline = [(-1, 0), (1, 0), (1, 2), (-1, 2)]
+    model.cut(tunnel={"outline": outline, "start": (4, 0, 3), "end": (4, 8, 3)}, name="adit")
+    other = ddem.Model(title="sets")
+    other.add_region(box={"from": (0, 0, 0), "to": (8, 8, 8)}, material=ROCK)
+    other.cut(tunnel={"outline": outline, "from": (4, 0, 3), "to": (4, 8, 3)}, name="adit")
+    assert same(model.blocks(), other.cells().table)
+    assert model.to_deck() == other.to_deck()
+    assert "box" in refused(lambda: model.add_region(box=((0, 0, 0),), material=ROCK), TypeError)
 
 
 def test_runs_give_the_same_bits_as_decks(tmp_path: Path) -> None:

@@ -29,8 +29,8 @@ class Cells:
         Title of the model.
     table : Table
         Row for each cell, with the columns of ``blocks.csv``: `volume` [m³], `surface` [m²], `free_area` of
-        free faces [m²], `width` [m], numbers of `faces` and `vertices`, `centroid` (3) [m], `region`,
-        `material`, number of the `block`, `cuts` that bound it, and by block theory `mode`, `factor`,
+        free faces [m²], `width` [m], numbers of `faces`, `vertices` and elements (`hexes`), `centroid` (3) [m],
+        `region`, `material`, number of the `block`, `cuts` that bound it, and by block theory `mode`, `factor`,
         `plunge` and `trend` of the motion [degrees] and the cuts `on` which it slides. Names of several cuts
         are separated by ``;``. `factor`, `plunge` and `trend` are NaN where ``blocks.csv`` has nothing.
     planes : Table

@@ -145,7 +145,7 @@ class Model:
         *,
         # keys: RockRegion
         name: str | None = None,
-        box: Mapping[str, Any] | None = None,
+        box: Mapping[str, Any] | Sequence[Vector] | None = None,
         prism: Mapping[str, Any] | None = None,
         faces: Sequence[Sequence[Vector]] | None = None,
         file: str | None = None,
@@ -320,6 +320,7 @@ class Model:
         # end
         **where: Unpack[Where],
     ) -> None: ...
+    def blocks(self) -> Table: ...
     def cells(self) -> Cells: ...
     def build(self, *, threads: int | None = None) -> Simulation: ...
     @staticmethod
