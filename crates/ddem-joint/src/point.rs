@@ -220,7 +220,9 @@ pub fn has_rotated(points: impl IntoIterator<Item = JointPoint>, spacing: f64) -
     failed.any(|JointPoint { state, .. }| state.gap.max(state.slip.norm()) > ROTATED * spacing)
 }
 
-fn elastic(stiffness: SpringStiffness, own: Vector3<f64>) -> Traction {
+/// Elastic tractions for the displacement `own` of side b along the joint's own axes `[Pa]`.
+#[inline(always)]
+pub(super) fn elastic(stiffness: SpringStiffness, own: Vector3<f64>) -> Traction {
     Traction { normal: stiffness.normal * own.x, shear: own.yz() * stiffness.shear }
 }
 

@@ -164,9 +164,10 @@ impl TiedSlots {
         &self.copies[from..to]
     }
 
-    /// Replaces the values of a nodal field `all` at the tied nodes of a pack by their sums over all
-    /// copies. `own` are the values of the pack, which begin at index `first`.
+    /// Sets `own` to the values of a nodal field `all` in a pack, which begin at index `first`. Tied nodes
+    /// get the sums over all copies.
     pub fn sum(&self, pack: usize, all: &[Lanes], first: usize, own: &mut [Lanes]) {
+        own.copy_from_slice(&all[first..first + own.len()]);
         let [from, to] = [pack, pack + 1].map(|at| self.pack_starts[at] as usize);
         for &number in &self.own[from..to] {
             let TiedCopy { at, lane, group } = self.copies[number as usize];

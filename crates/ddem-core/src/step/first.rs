@@ -131,14 +131,19 @@ pub(crate) fn forces(
     });
     let mut losses = LossSums::from_iter(&scratch.losses).total();
     scratch.end_tasks(span);
-    if let Some((contacts, contact_model)) = contacts.as_ref().filter(|_| pass.waits) {
+    if let Some((contacts, contact_model)) = &mut contacts {
+        let span = scratch.profiler.begin();
         let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
-        let failing = contacts.failing(&configuration, search.context);
-        losses.failed = [0, 1].map(|mode| losses.failed[mode] + failing[mode]);
+        contacts.update_holding(&configuration, search.context);
+        if pass.waits {
+            let failing = contacts.failing(&configuration, search.context);
+            losses.failed = [0, 1].map(|mode| losses.failed[mode] + failing[mode]);
+        }
+        scratch.profiler.end(span, Phase::Contacts);
     }
     if losses.failed != [0; 2] {
         if pass.waits {
-            // A step that is not taken leaves contacts unchanged.
+            // A step that is not taken leaves the history of contacts unchanged.
             return losses;
         }
         losses.fracture += remove_cells(pass, broken_joints, scratch);

@@ -8,7 +8,6 @@
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::nodal_areas;
 use super::patch_builder::PatchBuilder;
 use super::release::{JointLoad, JointStatus};
 use super::{CombinedSurface, Configuration, ContactBlock, ContactModel, ContactPoint, Patch};
@@ -58,7 +57,7 @@ impl PatchBuilder<'_> {
     ) -> BondedPatch {
         let (mut quads, mut summed) = (Vec::new(), Vec::new());
         let matched = self.matched(joint_pair);
-        let mut patch = match &matched {
+        let (mut patch, on) = match &matched {
             Some(matched) => {
                 quads.clone_from(&matched.quads);
                 self.by_nodes(joint_pair, matched)
@@ -75,13 +74,17 @@ impl PatchBuilder<'_> {
         let SpringStiffness { normal, shear } = stiffness;
         let dashpot = self.surfaces.dashpot_of_joint(surfaces, normal);
         patch.surface = CombinedSurface { stiffness, dashpot, ..CombinedSurface::default() };
-        // No strips lie beside the joint: its area extends to the middle of the surrounding gaps.
-        let own = if matched.is_some() { 0.0 } else { patch.area() };
+        // No strips lie beside the joint: its area extends to the middle of the surrounding gaps. Parts
+        // of cells have none.
+        let is_part = |&block: &u32| self.configuration.blocks[block as usize].is_part();
+        let own = if blocks.iter().all(is_part) { 0.0 } else { patch.area() };
         let part = if own > 0.0 { joint_pair.area / own } else { 1.0 };
         patch.points.iter_mut().for_each(|point| point.pair.area *= part);
         let axes = patch.frame();
-        for ContactPoint { points, pair, .. } in &mut patch.points {
-            pair.origin = axes.tr_mul(&self.configuration.relative_position(blocks, points));
+        patch.fix(&self.configuration, &on);
+        for i in 0..patch.points.len() {
+            let relative_position = patch.relative_position(&self.configuration, i);
+            patch.points[i].pair.origin = axes.tr_mul(&relative_position);
         }
         // The springs carry the in-situ stress.
         let middle = |point: &ContactPoint| {
@@ -189,7 +192,6 @@ pub fn bonded_patches(
         builder.bond(joint_pair, joints[usize::from(joint_pair.joint)], both)
     };
     let mut bonded: Vec<BondedPatch> = geometry.nonconforming_joints.par_iter().map(bond).collect();
-    nodal_areas::correct(&mut bonded, &contact_model.blocks, geometry);
     let mut next = first;
     for joint in &mut bonded {
         joint.first_pair = next;
@@ -290,8 +292,8 @@ impl Patch {
         let Some(law) = self.bond.and_then(|bond| context.law(bond.law)) else { return failing };
         let axes = self.present_frame(configuration);
         let check = self.check(configuration, context);
-        for point in &self.points {
-            let relative_position = configuration.relative_position(self.blocks, &point.points);
+        for (i, point) in self.points.iter().enumerate() {
+            let relative_position = self.relative_position(configuration, i);
             let own = axes.tr_mul(&relative_position);
             let elastic = point.pair.elastic(self.surface.stiffness, own);
             if let Some(mode) = point.pair.fails(law, check, elastic) {
@@ -320,12 +322,12 @@ impl Patch {
         // At rest the axes have the same components in the frames of both blocks.
         self.reference = 1 - self.reference;
         let after = self.present_frame(configuration);
-        let blocks = self.blocks;
-        for ContactPoint { points, pair, .. } in &mut self.points {
-            let relative_position = configuration.relative_position(blocks, points);
+        for i in 0..self.points.len() {
+            let relative_position = self.relative_position(configuration, i);
+            let origin = &mut self.points[i].pair.origin;
             let [before, after] =
-                [before, after].map(|axes| axes.tr_mul(&relative_position) - pair.origin);
-            pair.origin += after - before;
+                [before, after].map(|axes| axes.tr_mul(&relative_position) - *origin);
+            *origin += after - before;
         }
     }
 

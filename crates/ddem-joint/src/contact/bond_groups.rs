@@ -3,7 +3,7 @@
 
 use super::release::{JointLoad, JointStatus, PairMotion};
 use super::{Configuration, Contacts, Patch};
-use crate::point::{JointPoint, PairContext};
+use crate::point::PairContext;
 
 /// Numbers of the patches of such joints.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,8 +49,7 @@ pub(super) fn advanced<'a>(
     context: PairContext<'_>,
 ) -> Option<JointStatus> {
     // Pairs that have not failed have not moved.
-    let has_failed = |pair: &JointPoint| pair.failure.is_some();
-    if !patches.clone().flat_map(Patch::pairs).any(has_failed) {
+    if patches.clone().all(|patch| patch.holds) {
         return None;
     }
     let (mut moved, mut bonded, mut rigid) = (PairMotion::default(), false, false);

@@ -2,7 +2,8 @@
 
 use super::ContactPoint;
 use super::side::{ContactSide, are_disjoint, are_parallel, node_at};
-use ddem_mechanics::collide::{self, Vertex};
+use ddem_mechanics::collide::{self, OverlapPoint, Vertex};
+use ddem_mesh::SurfacePoint;
 
 /// Fraction of an element's face area below which a point is ignored.
 const NOTHING: f64 = 1e-9;
@@ -18,7 +19,15 @@ struct ClippedOverlap<'a> {
     fine: usize,
     /// Number of the point at each node of the finer side, or `usize::MAX`.
     at_node: Vec<usize>,
-    points: Vec<ContactPoint>,
+    points: OverlapPoints,
+}
+
+/// Points of a part of two faces.
+#[derive(Default)]
+pub(super) struct OverlapPoints {
+    pub(super) points: Vec<ContactPoint>,
+    /// Coordinates of each point in the elements of both sides. Points have them in single precision.
+    pub(super) on: Vec<[[f64; 2]; 2]>,
 }
 
 /// Pairs of points of the part of a finer face, that of body `fine`, that lies over another face. The
@@ -28,11 +37,11 @@ pub(super) fn overlap(
     sides: [&ContactSide<'_>; 2],
     fine: usize,
     visit: &mut Option<Polygons<'_>>,
-) -> Vec<ContactPoint> {
+) -> OverlapPoints {
     let [own, coarse] = sides;
     let [n, m] = sides.map(|side| side.contact_block.topology.divisions());
     let at_node = vec![usize::MAX; (n + 1) * (n + 1)];
-    let mut overlap = ClippedOverlap { sides, fine, at_node, points: Vec::new() };
+    let mut overlap = ClippedOverlap { sides, fine, at_node, points: OverlapPoints::default() };
     for (k, i) in (0..n).flat_map(|k| (0..n).map(move |i| (k, i))) {
         let quad = own.quad([i, k]);
         if are_disjoint(&quad, &coarse.outline) {
@@ -47,7 +56,11 @@ pub(super) fn overlap(
             if are_disjoint(&quad, &outline) {
                 continue;
             }
-            let (corners, inside) = overlap.add_inside([i, k], &quad, &outline);
+            let (corners, inside) = if sides.iter().any(|side| side.contact_block.is_part()) {
+                overlap.add_exact([[i, k], element], [&quad, &outline])
+            } else {
+                overlap.add_inside([i, k], &quad, &outline)
+            };
             visit(&corners, &inside);
         }
     }
@@ -72,64 +85,75 @@ impl ClippedOverlap<'_> {
         outline: &[[f64; 2]; 4],
     ) -> (Vec<u32>, Vec<u32>) {
         let part = collide::overlap(quad, outline);
-        let of_part = self.sides[0].contact_block.is_part();
-        if !of_part && are_parallel(quad, outline) {
+        if are_parallel(quad, outline) {
             let corners = part.as_slice().iter().filter_map(|vertex| self.put(element, vertex));
             return (corners.collect(), Vec::new());
         }
-        let (corners, inside) =
-            if of_part { quarters(part.as_slice(), quad) } else { part.squares() };
+        let (corners, inside) = part.squares();
         let mut put = |vertices: &[Vertex]| {
             vertices.iter().filter_map(|vertex| self.put(element, vertex)).collect()
         };
         (put(&corners), put(&inside))
     }
 
+    /// Adds the part of an element of the finer side over one of the coarser side, with points that
+    /// integrate the shape functions of both exactly. Returns the corners and the inner points.
+    fn add_exact(
+        &mut self,
+        elements: [[usize; 2]; 2],
+        quads: [&[[f64; 2]; 4]; 2],
+    ) -> (Vec<u32>, Vec<u32>) {
+        let part = collide::overlap(quads[0], quads[1]);
+        let corners = part.as_slice();
+        let area: f64 = corners.iter().map(|vertex| vertex.area).sum();
+        if area <= NOTHING * self.sides[0].element {
+            return (Vec::new(), Vec::new());
+        }
+        let points = collide::exact_areas(corners, quads);
+        let mut numbers = points.iter().map(|OverlapPoint { on, area, .. }| {
+            let at = [0, 1].map(|k| self.sides[k].point(elements[k], on[k]));
+            self.put_point(elements[0], *area, at, *on)
+        });
+        let corners = numbers.by_ref().take(corners.len()).collect();
+        (corners, numbers.collect())
+    }
+
     /// Adds a point, or adds its area to the point at the same node. Returns the point's number.
-    fn put(&mut self, [i, k]: [usize; 2], vertex: &Vertex) -> Option<u32> {
+    fn put(&mut self, element: [usize; 2], vertex: &Vertex) -> Option<u32> {
         let [fine, coarse] = self.sides;
-        let n = fine.contact_block.topology.divisions();
         if vertex.area <= NOTHING * fine.element {
             return None;
         }
-        let node = node_at(vertex.on).map(|[a, b]| i + a + (n + 1) * (k + b));
+        let points = [fine.point(element, vertex.on), coarse.surface_point(vertex.at)];
+        let on = [vertex.on, points[1].on.map(f64::from)];
+        Some(self.put_point(element, vertex.area, points, on))
+    }
+
+    /// Adds a point, given on the finer and on the coarser side, or adds its area to the point at the
+    /// same node.
+    fn put_point(
+        &mut self,
+        [i, k]: [usize; 2],
+        area: f64,
+        mut points: [SurfacePoint; 2],
+        mut on: [[f64; 2]; 2],
+    ) -> u32 {
+        let n = self.sides[0].contact_block.topology.divisions();
+        let node = node_at(on[0]).map(|[a, b]| i + a + (n + 1) * (k + b));
+        let OverlapPoints { points: all, on: all_on } = &mut self.points;
         if let Some(known) = node.map(|node| self.at_node[node]).filter(|&p| p != usize::MAX) {
-            self.points[known].pair.area += vertex.area;
-            return Some(known as u32);
+            all[known].pair.area += area;
+            return known as u32;
         }
         if let Some(node) = node {
-            self.at_node[node] = self.points.len();
+            self.at_node[node] = all.len();
         }
-        let mut points = [fine.point([i, k], vertex.on); 2];
-        points[1 - self.fine] = coarse.surface_point(vertex.at);
-        self.points.push(ContactPoint::new(points, vertex.area));
-        Some(self.points.len() as u32 - 1)
+        if self.fine == 1 {
+            points.reverse();
+            on.reverse();
+        }
+        all.push(ContactPoint::new(points, area));
+        all_on.push(on);
+        all.len() as u32 - 1
     }
-}
-
-/// Corners and inner points of a part of a face of any shape. Each quarter of a triangle gives 1/12 of
-/// its area to each of its corners and 3/4 to its centroid.
-fn quarters(polygon: &[Vertex], quad: &[[f64; 2]; 4]) -> (Vec<Vertex>, Vec<Vertex>) {
-    let mut corners: Vec<Vertex> =
-        polygon.iter().map(|vertex| Vertex { area: 0.0, ..*vertex }).collect();
-    let mut inside = Vec::new();
-    let mean =
-        |of: &[[f64; 2]]| [0, 1].map(|k| of.iter().map(|at| at[k]).sum::<f64>() / of.len() as f64);
-    let mut put = |at: [f64; 2], area: f64| {
-        let on = collide::bilinear(quad, at).map(|x| x.clamp(0.0, 1.0));
-        inside.push(Vertex { at, on, area });
-    };
-    for i in 1..polygon.len().saturating_sub(1) {
-        let triangle = [0, i, i + 1];
-        let [a, b, c] = triangle.map(|k| polygon[k].at);
-        let cross = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
-        let quarter = 0.125 * cross.abs();
-        triangle.into_iter().for_each(|k| corners[k].area += quarter / 12.0);
-        let [ab, bc, ca] = [mean(&[a, b]), mean(&[b, c]), mean(&[c, a])];
-        // The middle of an edge belongs to three quarters.
-        [ab, bc, ca].into_iter().for_each(|at| put(at, quarter / 4.0));
-        let all = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
-        all.into_iter().for_each(|of| put(mean(&of), 0.75 * quarter));
-    }
-    (corners, inside)
 }

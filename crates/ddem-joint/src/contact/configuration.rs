@@ -94,6 +94,30 @@ fn nodes_of_part(geometry: &Geometry, block: usize) -> Box<[Vec3]> {
 }
 
 impl ContactBlock {
+    /// Index of the first component of its pack in a nodal field.
+    pub(super) fn pack_start(&self) -> usize {
+        self.first
+    }
+
+    /// Index of the first component of a node, numbered as in the block, in a nodal field.
+    pub(super) fn index(&self, node: usize) -> usize {
+        self.first + 3 * node
+    }
+
+    /// Nodes of the element face that holds a point, numbered as in the block.
+    pub(super) fn nodes_around(&self, point: &SurfacePoint) -> [usize; 4] {
+        self.topology.quad(point.face(), point.element.map(usize::from))
+    }
+
+    /// Position of a node at rest `[m]`.
+    pub(super) fn rest_node(&self, node: usize) -> Vec3 {
+        self.nodes.get(node).copied().unwrap_or_else(|| {
+            let [i, j, k] = self.topology.steps(node).map(|at| at as f64);
+            let [x, y, z] = &self.steps;
+            self.corner + x * i + y * j + z * k
+        })
+    }
+
     /// Value of a nodal field at lattice steps `at`.
     #[inline(always)]
     pub(super) fn value(&self, field: &[Lanes], at: [usize; 3]) -> Vec3 {

@@ -14,7 +14,7 @@ use ddem_mesh::Vec3;
 /// Patches per parallel task.
 const TOGETHER: usize = 64;
 
-/// Updates the forces of all patches; returns the losses.
+/// Updates the forces of all patches but the joints that hold; returns the losses.
 pub(super) fn update(
     configuration: Configuration<'_>,
     context: PairContext<'_>,
@@ -24,7 +24,9 @@ pub(super) fn update(
     let acting = chunks.map(|patches| {
         let (mut lost, mut deepest) = (LossSums::default(), 0.0_f64);
         for patch in patches {
-            lost.add(&patch.update(&configuration, context));
+            if !patch.holds {
+                lost.add(&patch.update(&configuration, context));
+            }
             if patch.bond.is_none() {
                 deepest = deepest.max(patch.depth());
             }
@@ -87,8 +89,8 @@ impl Patch {
         let has_friction = self.surface.friction.has_friction();
         let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
         for i in 0..self.points.len() {
+            let relative_position = self.relative_position(configuration, i);
             let point = &mut self.points[i];
-            let relative_position = configuration.relative_position(blocks, &point.points);
             let own = axes.tr_mul(&relative_position);
             let loss = if let Some(check) = check {
                 let pair = &mut point.pair;
@@ -106,7 +108,7 @@ impl Patch {
                 point.update_contact(law, &springs, own, has_friction, spacing)
             };
             losses.add_point(point.pair.area, loss);
-            couple += relative_position.cross(&self.force(&self.points[i]));
+            couple += relative_position.cross(&Self::force_along(&axes, &self.points[i]));
         }
         self.couple = couple;
         losses

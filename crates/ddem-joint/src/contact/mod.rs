@@ -23,6 +23,7 @@
 //! | `history` | transfer of history from old points to new ones |
 //! | `forces` | forces of the points |
 //! | `bond`, `bond_groups` | nonconforming joints, and those of two cells as one |
+//! | `holding` | nonconforming joints in which all pairs hold |
 //! | `bound`, `bounds_at_nodes` | upper bounds of the stiffness of contacts |
 //! | `warnings` | warnings about contacts that may be unintended |
 //! | `contact_model` | constant data of contacts |
@@ -39,10 +40,10 @@ mod contact_model;
 mod forces;
 mod friction;
 mod history_transfer;
+mod holding;
 mod joined_cells;
 mod matched;
 mod meeting;
-mod nodal_areas;
 mod patch;
 mod patch_builder;
 mod release;
@@ -50,6 +51,8 @@ mod search;
 mod side;
 mod surfaces;
 mod warnings;
+
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -69,6 +72,7 @@ use bond_groups::BondGroups;
 pub use bounds_at_nodes::bounds_at_nodes;
 pub use contact_model::ContactModel;
 use forces::update;
+use holding::FixedPair;
 use release::release;
 use serde::{Deserialize, Serialize};
 pub use surfaces::{CombinedSurface, ContactSurfaces};
@@ -129,6 +133,12 @@ pub struct Patch {
     pub energy_reserve: f64,
     /// True if the points have been remade at the present positions and have not moved since.
     pub(super) renewed: bool,
+    /// True for a joint whose pairs all hold at the present positions, its tractions being updated.
+    #[serde(skip)]
+    pub(super) holds: bool,
+    /// Nodes of its pairs if it is a nonconforming joint.
+    #[serde(skip)]
+    fixed: Option<Arc<[FixedPair]>>,
 }
 
 /// Patches, near pairs of blocks, and statuses of the joints.
@@ -338,14 +348,14 @@ impl Clone for Contacts {
 
 impl Clone for Patch {
     fn clone(&self) -> Self {
-        Self { points: self.points.clone(), ..*self }
+        Self { points: self.points.clone(), fixed: self.fixed.clone(), ..*self }
     }
 
     /// Reuses the memory of the target.
     fn clone_from(&mut self, from: &Self) {
         let mut points = std::mem::take(&mut self.points);
         points.clone_from(&from.points);
-        *self = Self { points, ..*from };
+        *self = Self { points, fixed: from.fixed.clone(), ..*from };
     }
 }
 

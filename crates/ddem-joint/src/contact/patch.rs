@@ -2,9 +2,10 @@
 
 use nalgebra::Matrix3;
 
-use super::{Configuration, ContactPoint, Patch};
+use super::{Configuration, ContactBlock, ContactPoint, Patch};
 use crate::point::JointPoint;
 use ddem_mechanics::law::Traction;
+use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::Vec3;
 
 impl Patch {
@@ -56,10 +57,34 @@ impl Patch {
     /// Force of a point on block a `[N]`.
     #[inline(always)]
     pub fn force(&self, point: &ContactPoint) -> Vec3 {
-        let [normal, along] = &self.axes_now;
-        let Traction { normal: t_n, shear } = point.pair.state.total_traction();
-        let across = normal.cross(along);
-        (normal * t_n + along * shear.x + across * shear.y) * point.pair.area
+        Self::force_along(&self.frame(), point)
+    }
+
+    /// Force of a point on block a, given the axes as columns `[N]`.
+    #[inline(always)]
+    pub(super) fn force_along(axes: &Matrix3<f64>, point: &ContactPoint) -> Vec3 {
+        let Traction { normal, shear } = point.pair.state.total_traction();
+        let (along, across) = (axes.column(1) * shear.x, axes.column(2) * shear.y);
+        (axes.column(0) * normal + along + across) * point.pair.area
+    }
+
+    /// Adds the forces of its points on a block to those of its pack, `f`. The block is of body a (side
+    /// 0) or b (side 1).
+    #[inline]
+    pub fn add_forces(&self, side: usize, block: usize, on: &ContactBlock, f: &mut [Lanes]) {
+        if let Some(fixed) = &self.fixed {
+            return self.add_fixed(fixed, side, on.pack_start(), f);
+        }
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        let first = self.blocks[side];
+        let is_own = |point: &&ContactPoint| point.points[side].block(first) == block;
+        let own = self.points.iter().filter(is_own);
+        for point in own.filter(|point| self.may_carry_force(point)) {
+            let force = self.force(point) * sign;
+            for (node, weight) in on.weights(&point.points[side]) {
+                (0..3).for_each(|c| f[3 * node + c].0[on.lane] += weight * force[c]);
+            }
+        }
     }
 
     /// Area of all points `[m²]`.

@@ -8,7 +8,7 @@
 use nalgebra::Vector2;
 
 use super::cells::{BodyEdge, BodyQuad, Features, quads_of_block};
-use super::clipped::{Polygons, overlap};
+use super::clipped::{OverlapPoints, Polygons, overlap};
 use super::history_transfer::{OldPatch, PatchHistory, PointHistory};
 use super::matched::MatchedFaces;
 use super::meeting::Meeting;
@@ -25,6 +25,9 @@ use ddem_mesh::{NonconformingJoint, SurfacePoint, Vec3};
 
 /// Least limit of a patch, as a fraction of the contact distance.
 const SHORTEST: f64 = 0.01;
+
+/// Patch with the coordinates of its points in the elements of both sides.
+pub(super) type FixedPatch = (Patch, Vec<[[f64; 2]; 2]>);
 
 /// Context in which patches are built.
 #[derive(Clone, Copy)]
@@ -62,7 +65,7 @@ impl PatchBuilder<'_> {
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
         match meeting.features {
-            Features::Faces { quads, .. } => self.face(&mut patch, &frame, quads, None),
+            Features::Faces { quads, .. } => drop(self.face(&mut patch, &frame, quads, None)),
             Features::Edges(edges) => self.edges(&mut patch, edges),
         }
         self.transfer_history(&mut patch, &frame, old);
@@ -93,7 +96,11 @@ impl PatchBuilder<'_> {
 
     /// Patch of the two faces of a nonconforming joint; its points have no history. `visit`
     /// receives the corners of the overlap polygons and the points inside them.
-    pub(super) fn by_face(&self, joint_pair: &NonconformingJoint, visit: Polygons<'_>) -> Patch {
+    pub(super) fn by_face(
+        &self,
+        joint_pair: &NonconformingJoint,
+        visit: Polygons<'_>,
+    ) -> FixedPatch {
         let NonconformingJoint { blocks, faces, .. } = *joint_pair;
         // The finer side determines the normal, that of parts of cells the first face.
         let of = usize::from(
@@ -111,8 +118,8 @@ impl PatchBuilder<'_> {
         let mut patch = self.empty_joint(joint_pair, of, normal);
         let axes = patch.frame();
         let frame = [0, 1, 2].map(|k| Vec3::from(axes.column(k)));
-        self.face(&mut patch, &frame, faces.map(quads_of_block), Some(visit));
-        patch
+        let on = self.face(&mut patch, &frame, faces.map(quads_of_block), Some(visit));
+        (patch, on)
     }
 
     /// Patch of a nonconforming joint whose faces match node by node.
@@ -120,10 +127,12 @@ impl PatchBuilder<'_> {
         &self,
         joint_pair: &NonconformingJoint,
         matched: &MatchedFaces,
-    ) -> Patch {
+    ) -> FixedPatch {
         let mut patch = self.empty_joint(joint_pair, 0, matched.normal);
         patch.points = matched.points.clone().into();
-        patch
+        let on = |point: &ContactPoint| point.points.map(|on_side| on_side.on.map(f64::from));
+        let on = patch.points.iter().map(on).collect();
+        (patch, on)
     }
 
     /// Patch of a nonconforming joint without points; the face of block `of` determines the axes.
@@ -183,25 +192,28 @@ impl PatchBuilder<'_> {
     /// Adds the pairs of points of two faces. Over each quadrilateral of the coarser one they follow
     /// its outline; with `visit` they are made over each of its elements, so that the shape functions
     /// of both sides are integrated exactly. `visit` receives the corners of the polygons and the
-    /// points inside them.
+    /// points inside them. Returns the coordinates of the points in the elements of both sides.
     fn face(
         &self,
         patch: &mut Patch,
         frame: &[Vec3; 3],
         quads: [&[BodyQuad]; 2],
         mut visit: Option<Polygons<'_>>,
-    ) {
+    ) -> Vec<[[f64; 2]; 2]> {
         let [own, other] = [0, 1].map(|side| -> Vec<ContactSide<'_>> {
             let of = |quad| ContactSide::new(&self.configuration, patch.blocks[side], quad, frame);
             quads[side].iter().map(of).collect()
         });
-        let mut points = Vec::new();
+        let mut all = OverlapPoints::default();
         for (a, b) in own.iter().flat_map(|a| other.iter().map(move |b| (a, b))) {
             let fine = usize::from(b.element < a.element);
             let sides = if fine == 0 { [a, b] } else { [b, a] };
-            points.append(&mut overlap(sides, fine, &mut visit));
+            let OverlapPoints { mut points, mut on } = overlap(sides, fine, &mut visit);
+            all.points.append(&mut points);
+            all.on.append(&mut on);
         }
-        patch.points = points.into();
+        patch.points = all.points.into();
+        all.on
     }
 
     /// Makes the pair of points at the crossing of two edges.

@@ -62,9 +62,11 @@ impl<'a> SearchContext<'a> {
 }
 
 impl Contacts {
-    /// Numbers of pairs of nonconforming joints that would fail now, in shear and in tension.
+    /// Numbers of pairs that would fail now, in shear and in tension, in the nonconforming joints that do
+    /// not hold.
     pub fn failing(&self, configuration: &Configuration<'_>, context: PairContext<'_>) -> [u64; 2] {
         let patches = self.patches.par_iter().with_min_len(TOGETHER);
+        let patches = patches.filter(|patch| !patch.holds);
         let failing: Vec<[u64; 2]> =
             patches.map(|patch| patch.failing(configuration, context)).collect();
         failing.iter().fold([0; 2], |sum, more| [sum[0] + more[0], sum[1] + more[1]])

@@ -3,9 +3,10 @@
 //!
 //! Results depend on the given numbers alone: of equally good answers the first in a fixed order is
 //! taken. Degenerate cells, faces and edges have results too: an area of zero, some point of the
-//! edge. Nothing here allocates but the separation of polyhedra.
+//! edge. Nothing here allocates but the separation of polyhedra and the points of joints at rest.
 
 mod edges;
+mod exact_areas;
 mod hull;
 mod overlap;
 mod separation;
@@ -13,6 +14,7 @@ mod separation;
 mod tests;
 
 pub use edges::nearest;
+pub use exact_areas::{OverlapPoint, exact_areas};
 pub use hull::{ConvexHull, HullEdge, HullFeature, HullSeparation, HullTopology, hull_separation};
 pub use overlap::{Vertex, bilinear, overlap, weights};
 pub use separation::FaceId;

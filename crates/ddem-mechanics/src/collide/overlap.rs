@@ -328,7 +328,7 @@ impl Bilinear {
 }
 
 /// Largest number of Newton steps; the faces of blocks need two or three.
-const MOST_STEPS: usize = 6;
+const MOST_STEPS: usize = 40;
 
 /// Bilinear coordinates of a point in a convex quadrilateral, or slightly outside. Each coordinate
 /// is limited to [−0.5, 1.5].

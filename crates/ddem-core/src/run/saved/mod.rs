@@ -211,6 +211,7 @@ impl Simulation {
         check::run(&model, &state, &run)?;
         state.released.iter().for_each(|(&load, released)| model.set_released(load, released));
         state.contacts.index();
+        state.contacts.fix(&model.bonded_patches);
         state.contacts.bonds_mut().for_each(|(_, bond)| bond.law = bond.joint);
         state.broken_joints.count_failed();
         state.broken_joints.recheck();

@@ -41,7 +41,7 @@ pub(crate) struct Scratch {
     /// Forces on the nodes `[N]`.
     pub(crate) f: Vec<Lanes>,
     /// Forces on the nodes before they are summed over tied nodes `[N]`; empty without ties.
-    tied: Vec<Lanes>,
+    untied: Vec<Lanes>,
     /// Viscous forces of the blocks against the motion `[N]`; empty if they have never been
     /// viscous.
     viscous: Vec<Lanes>,
@@ -105,6 +105,8 @@ pub(super) struct StepFields<'a> {
     pub(super) second: SecondPass<'a>,
     /// Steps of the rigid bodies of several blocks.
     pub(super) bodies: &'a [BodyStep],
+    /// Forces before the sums over tied nodes `[N]`; empty without ties.
+    pub(super) untied: &'a [Lanes],
     /// Runs of packs, one task each.
     pub(super) runs: &'a [Range<usize>],
 }
@@ -137,7 +139,7 @@ impl Scratch {
         let runs = runs(packs);
         let mut scratch = Self {
             f: vec![Lanes::ZERO; 3 * packs.nodes],
-            tied: Vec::new(),
+            untied: Vec::new(),
             viscous: Vec::new(),
             neighbour_forces: vec![Lanes::ZERO; 3 * packs.neighbour_forces],
             torques: vec![[Lanes::ZERO; 3]; n],
@@ -163,7 +165,7 @@ impl Scratch {
     /// Memory in use `[bytes]`, without the working spaces of the tasks.
     pub(crate) fn bytes(&self) -> usize {
         let lanes = self.f.len()
-            + self.tied.len()
+            + self.untied.len()
             + self.viscous.len()
             + self.neighbour_forces.len()
             + 5 * self.torques.len();
@@ -222,14 +224,19 @@ impl Scratch {
         if ties.is_empty() {
             return;
         }
-        self.tied.resize(self.f.len(), Lanes::ZERO);
-        std::mem::swap(&mut self.f, &mut self.tied);
-        let (all, f, mut none) = (&self.tied, &mut self.f, vec![(); packs.packs.len()]);
+        self.keep_untied(model);
+        let (all, f, mut none) = (&self.untied, &mut self.f, vec![(); packs.packs.len()]);
         each_pack(packs, [&mut f[..]], &mut none, |pack, [own], ()| {
-            let first = node_start(packs, pack);
-            own.copy_from_slice(&all[first..first + own.len()]);
-            ties.sum(pack, all, first, own);
+            ties.sum(pack, all, node_start(packs, pack), own);
         });
+    }
+
+    /// Moves the forces to those before the sums over tied nodes. Without ties nothing changes.
+    pub(super) fn keep_untied(&mut self, model: &Model) {
+        if !model.ties.is_empty() {
+            self.untied.resize(self.f.len(), Lanes::ZERO);
+            std::mem::swap(&mut self.f, &mut self.untied);
+        }
     }
 
     /// Computes the steps of the rigid bodies of several blocks under complete forces.
@@ -350,7 +357,8 @@ impl Scratch {
         let losses = &mut self.losses;
         let joints = PackJoints { first: 0, energies: &mut [], broken_joints, losses };
         let (on_neighbours, runs) = (&mut self.neighbour_forces, &self.runs);
-        StepFields { forces, joints, on_neighbours, second, bodies: &self.bodies, runs }
+        let (bodies, untied) = (&self.bodies[..], &self.untied[..]);
+        StepFields { forces, joints, on_neighbours, second, bodies, untied, runs }
     }
 
     /// Borrows the data for the second pass of relaxation; the forces are complete and only read.
