@@ -1,8 +1,8 @@
 //! Convex cells: regions of rock cut by joint sets, faults and tunnels.
 //!
 //! A [`CellComplex`] begins with the convex parts of regions ([`Polyhedron`], [`prism`]) and cuts
-//! them by planes ([`CutPlane`], [`JointSet`], [`Tunnel`], [`Fracture`], [`FractureNetwork`])
-//! or between seeds ([`CellComplex::cut_voronoi`]). Cells share points. The side of a point
+//! them by planes ([`CutPlane`], [`JointSet`], [`Tunnel`], [`Fracture`], [`FractureNetwork`]),
+//! by a [`Ground`], or between seeds ([`CellComplex::cut_voronoi`]). Cells share points. The side of a point
 //! to a plane is decided once, and an edge is divided once, so that neighbours always agree. Faces
 //! that they have in common match, unless a cut ended there ([`CommonFace`]). Only the cells whose boxes a plane meets are visited.
 //!
@@ -20,11 +20,17 @@
 //! # Ok::<(), ddem_cut::ShapeError>(())
 //! ```
 
+mod buckets;
 mod cell;
+mod clipped;
+mod columns;
 mod complex;
 mod coplanar;
 mod expected;
 mod fracture;
+mod ground;
+mod ground_cut;
+mod height_field;
 mod hexes;
 mod hull;
 mod joint_set;
@@ -39,6 +45,7 @@ mod polyhedron;
 mod random;
 mod regions;
 mod seeds;
+mod simplify;
 mod split;
 mod stability;
 mod tree;
@@ -50,6 +57,8 @@ pub use cell::{CellDefect, CellFace, ConvexCell};
 pub use complex::{CellComplex, CutCount, MOST_CELLS, ON_PLANE};
 pub use expected::expected_cells;
 pub use fracture::{Fracture, TOUCHED};
+pub use ground::Ground;
+pub use height_field::HeightField;
 pub use hexes::CellHexes;
 pub use joint_set::{JointSet, Spacing};
 pub use measure::CellProperties;

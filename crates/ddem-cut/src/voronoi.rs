@@ -5,30 +5,13 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use crate::cell::{self, CellFace, ConvexCell};
+use crate::clipped::{Clipped, ROUNDING, WeldedPoints};
 use crate::complex::{CellComplex, CutCount, bounds};
-use crate::measure;
 use crate::plane::CutPlane;
 use crate::seeds::SeedGrid;
-use crate::split;
 
 /// Mark of the number of a seed in place of that of a plane.
 const SEED: u32 = 1 << 31;
-
-/// Relative difference of the volume of a cell from the sum of its parts that rounding may cause.
-const ROUNDING: f64 = 1e-9;
-
-/// Part of a cell while it is clipped: points with numbers of its own, those of the cell first.
-#[derive(Clone)]
-struct Clipped {
-    points: Vec<Vector3<f64>>,
-    faces: Vec<CellFace>,
-}
-
-/// Points of a complex by their place: points that are nearer than the tolerance are one.
-struct WeldedPoints {
-    tolerance: f64,
-    known: HashMap<[i64; 3], Vec<u32>>,
-}
 
 /// Cut by the planes between seeds.
 struct VoronoiParts<'a> {
@@ -56,13 +39,7 @@ impl CellComplex {
     ) -> CutCount {
         allowed.resize(self.cells.len(), false);
         let chosen: Vec<usize> = (0..allowed.len()).filter(|&cell| allowed[cell]).collect();
-        let mut welded = WeldedPoints {
-            tolerance: self.tolerance.max(f64::MIN_POSITIVE),
-            known: HashMap::new(),
-        };
-        for corner in chosen.iter().flat_map(|&cell| self.cells[cell].vertices()) {
-            welded.insert(&self.points[corner as usize], corner);
-        }
+        let welded = WeldedPoints::of_cells(self, &chosen);
         let (grid, planes) = (SeedGrid::new(seeds), HashMap::new());
         let tolerance = self.tolerance;
         let mut work = VoronoiParts { seeds, grid, cut, joined, tolerance, welded, planes };
@@ -85,7 +62,7 @@ impl CellComplex {
     }
 
     /// Replaces a cell by its parts.
-    fn replace(&mut self, node: u32, cell: usize, parts: Vec<Vec<CellFace>>) {
+    pub(crate) fn replace(&mut self, node: u32, cell: usize, parts: Vec<Vec<CellFace>>) {
         let region = self.cells[cell].region;
         let mut boxes = Vec::with_capacity(parts.len());
         for (i, faces) in parts.into_iter().enumerate() {
@@ -107,13 +84,7 @@ impl VoronoiParts<'_> {
     fn parts(&mut self, rock: &mut CellComplex, cell: usize) -> Option<Vec<Vec<CellFace>>> {
         let own = rock.cells[cell].clone();
         let corners = own.vertices();
-        let local = |corner: &u32| corners.binary_search(corner).unwrap_or_default() as u32;
-        let faces = own.faces.iter().map(|face| CellFace {
-            plane: face.plane,
-            corners: face.corners.iter().map(local).collect(),
-        });
-        let points: Vec<_> = corners.iter().map(|&corner| rock.points[corner as usize]).collect();
-        let whole = Clipped { points, faces: faces.collect() };
+        let whole = Clipped::of_cell(rock, cell);
         let mut parts = Vec::new();
         for seed in self.near(&whole.points) {
             let part = self.part(&whole, seed)?;
@@ -124,13 +95,12 @@ impl VoronoiParts<'_> {
         if parts.len() < 2 {
             return Some(vec![own.faces]);
         }
-        let volume = |part: &Clipped| measure::volume(&part.points, &part.faces);
-        let sum: f64 = parts.iter().map(|(_, part)| volume(part)).sum();
-        if (sum - volume(&whole)).abs() > ROUNDING * volume(&whole) {
+        let sum: f64 = parts.iter().map(|(_, part)| part.volume()).sum();
+        if (sum - whole.volume()).abs() > ROUNDING * whole.volume() {
             return None;
         }
         let numbers: Vec<Vec<u32>> =
-            parts.iter().map(|(_, part)| self.numbers(rock, &corners, part)).collect();
+            parts.iter().map(|(_, part)| self.welded.numbers(rock, &corners, part)).collect();
         let mut finished = Vec::with_capacity(parts.len());
         for ((seed, part), numbers) in parts.iter().zip(&numbers) {
             let faces = self.finished(rock, *seed, part, numbers);
@@ -190,19 +160,6 @@ impl VoronoiParts<'_> {
         CutPlane::new(to - from, (from + to) / 2.0, self.cut, self.joined)
     }
 
-    /// Numbers in the complex of the points of a part.
-    fn numbers(&mut self, rock: &mut CellComplex, corners: &[u32], part: &Clipped) -> Vec<u32> {
-        let used = cell::vertices(&part.faces);
-        let mut numbers = vec![u32::MAX; part.points.len()];
-        for local in used {
-            numbers[local as usize] = match corners.get(local as usize) {
-                Some(&corner) => corner,
-                None => self.welded.number(&part.points[local as usize], &mut rock.points),
-            };
-        }
-        numbers
-    }
-
     /// Faces of a part with the numbers of the complex, without those that welding closed.
     fn finished(
         &mut self,
@@ -212,104 +169,18 @@ impl VoronoiParts<'_> {
         numbers: &[u32],
     ) -> Vec<CellFace> {
         let mut faces = Vec::with_capacity(part.faces.len());
-        for face in &part.faces {
-            let mut corners: Vec<u32> =
-                face.corners.iter().map(|&corner| numbers[corner as usize]).collect();
-            corners.dedup();
-            while corners.len() > 1 && corners.first() == corners.last() {
-                corners.pop();
+        for mut face in part.welded(numbers) {
+            if face.plane & SEED != 0 {
+                let other = face.plane ^ SEED;
+                let pair = (seed.min(other), seed.max(other));
+                let plane = self.between(seed, other);
+                face.plane = *self.planes.entry(pair).or_insert_with(|| {
+                    rock.planes.extend(plane);
+                    rock.planes.len() as u32 - 1
+                });
             }
-            if corners.len() < 3 {
-                continue;
-            }
-            let plane = match face.plane & SEED {
-                0 => face.plane,
-                _ => {
-                    let other = face.plane ^ SEED;
-                    let pair = (seed.min(other), seed.max(other));
-                    let plane = self.between(seed, other);
-                    *self.planes.entry(pair).or_insert_with(|| {
-                        rock.planes.extend(plane);
-                        rock.planes.len() as u32 - 1
-                    })
-                }
-            };
-            faces.push(CellFace { plane, corners });
+            faces.push(face);
         }
         faces
-    }
-}
-
-impl Clipped {
-    /// Largest distance of a corner from a point `[m]`.
-    fn reach(&self, from: &Vector3<f64>) -> f64 {
-        let corners = self.faces.iter().flat_map(|face| &face.corners);
-        corners.map(|&corner| (self.points[corner as usize] - from).norm()).fold(0.0, f64::max)
-    }
-
-    /// Cuts off what lies above a plane, and returns true if anything does. `None` if rounding errors spoil it.
-    fn clip(
-        &mut self,
-        height: impl Fn(&Vector3<f64>) -> f64,
-        plane: u32,
-        tolerance: f64,
-    ) -> Option<bool> {
-        let heights: Vec<f64> = self.points.iter().map(height).collect();
-        let side = |point: u32| {
-            let height = heights.get(point as usize).copied().unwrap_or_default();
-            i8::from(height > tolerance) - i8::from(height < -tolerance)
-        };
-        let corners = || self.faces.iter().flat_map(|face| &face.corners);
-        if !corners().any(|&corner| side(corner) > 0) {
-            return Some(false);
-        }
-        if !corners().any(|&corner| side(corner) < 0) {
-            self.faces.clear();
-            return Some(true);
-        }
-        let (mut crossings, mut new) = (HashMap::new(), Vec::new());
-        let (points, first) = (&self.points, self.points.len());
-        let halves = split::split(&self.faces, plane, side, |a, b| {
-            let (a, b) = (a.min(b), a.max(b));
-            *crossings.entry((a, b)).or_insert_with(|| {
-                let [below, above] = [a, b].map(|point| heights[point as usize]);
-                let [from, to] = [a, b].map(|point| points[point as usize]);
-                new.push(from + (to - from) * (below / (below - above)));
-                (first + new.len() - 1) as u32
-            })
-        })?;
-        self.points.extend(new);
-        self.faces = halves.below;
-        Some(true)
-    }
-}
-
-impl WeldedPoints {
-    fn key(&self, x: &Vector3<f64>) -> [i64; 3] {
-        [x.x, x.y, x.z].map(|part| (part / (2.0 * self.tolerance)).floor() as i64)
-    }
-
-    fn insert(&mut self, x: &Vector3<f64>, number: u32) {
-        let here = self.known.entry(self.key(x)).or_default();
-        if !here.contains(&number) {
-            here.push(number);
-        }
-    }
-
-    /// Number of the point at a place; a new point if there is none.
-    fn number(&mut self, x: &Vector3<f64>, points: &mut Vec<Vector3<f64>>) -> u32 {
-        let key = self.key(x);
-        for at in 0..27_i64 {
-            let near = [key[0] + at % 3 - 1, key[1] + at / 3 % 3 - 1, key[2] + at / 9 - 1];
-            let known = self.known.get(&near).into_iter().flatten();
-            let same = |number: &&u32| (points[**number as usize] - x).norm() <= self.tolerance;
-            if let Some(&number) = known.into_iter().find(same) {
-                return number;
-            }
-        }
-        points.push(*x);
-        let number = points.len() as u32 - 1;
-        self.insert(x, number);
-        number
     }
 }

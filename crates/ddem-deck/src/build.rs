@@ -72,7 +72,8 @@ impl BuiltDeck {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        Self::build(&deck.with_tunnels(), available).map_err(|faults| ModelError { faults })
+        Self::build(&deck.with_tunnels().with_grounds(), available)
+            .map_err(|faults| ModelError { faults })
     }
 
     /// A new model of the problem.

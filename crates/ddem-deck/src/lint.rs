@@ -44,6 +44,7 @@ ddem_core::codes! {
     JointDoesNotFill "joint-does-not-fill" "Two sets are not joined: their gap is not as wide as the joint is thick."
     LoadAtRest "load-at-rest" "A load in a relax stage has a history that begins at 0."
     LooseTolerance "loose-tolerance" "`tolerance` of a safety stage is too large for its `resolution`."
+    ManyTriangles "many-triangles" "A `surface` that is no ground cuts regions by more than 500 triangles."
     MissingRemove "missing-remove" "A charge in a hole finds no cavity there."
     NoSupport "no-support" "The model has gravity, but neither `[[fix]]` nor `[[boundary]]`."
     NonconformingJoints "nonconforming-joints" "A charge selects joints between faces that do not match."

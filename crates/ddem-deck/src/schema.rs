@@ -40,7 +40,7 @@ pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
 pub use conditions::{Boundary, BoundaryKind, Fix, Gradient, Initial, Load, Probe, Quantity};
 pub(crate) use contact::CRITICAL;
 pub use contact::ContactTable;
-pub use files::{FileIn, FileOf, FractureTable, Heights, Triangles};
+pub use files::{FileIn, FileOf, FractureTable, Heights, SurfaceFile, Triangles};
 pub use fractures::{DiscCut, DiscSizes, NetworkCut, PowerTable};
 pub(crate) use keys::{is_list, kinds};
 pub use keys::{keys, section_keys, stage_keys};

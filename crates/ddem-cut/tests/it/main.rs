@@ -4,6 +4,7 @@
 mod arrangements;
 mod degenerate;
 mod fractures;
+mod grounds;
 mod hexes;
 mod properties;
 mod random_cuts;

@@ -5,6 +5,7 @@ mod beside;
 mod blocks;
 mod cuts;
 mod fractures;
+mod ground;
 mod inside;
 mod joints;
 mod planes;
@@ -65,7 +66,7 @@ impl Deck {
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        self.with_tunnels().cut_checked(u64::MAX)
+        self.with_tunnels().with_grounds().cut_checked(u64::MAX)
     }
 
     /// Fault of regions whose model would need more memory than the `available` `[bytes]`, before

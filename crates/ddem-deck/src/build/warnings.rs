@@ -27,6 +27,7 @@ impl BuiltDeck {
         warnings.extend(self.loads_at_rest(model));
         warnings.extend(self.empty_sets());
         warnings.extend(self.much_inertia(model));
+        warnings.extend(self.deck.many_triangles());
         warnings.extend(gaps(&self.deck, model.geometry()));
         warnings.extend(super::default_friction::warnings(&self.deck, model.geometry()));
         warnings.extend(self.unbalanced_stress(model));

@@ -2,7 +2,7 @@
 
 use super::selection::dips;
 use super::{ErrorCode, Faults, Rule, blocks, shown};
-use crate::schema::{Deck, DiscCut, DiscSizes, FileOf, NetworkCut, RockCut, TIED, Triangles};
+use crate::schema::{Deck, DiscCut, DiscSizes, FileOf, NetworkCut, RockCut, SurfaceFile, TIED};
 use ddem_cut::{Fracture, ShapeError};
 
 /// Largest exponent of a power law: of larger ones hardly any radius differs from the least.
@@ -18,9 +18,7 @@ pub(super) fn check(deck: &Deck, at: &str, cut: &RockCut, faults: &mut Faults) {
     if let Some(network) = &cut.dfn {
         self::network(&format!("{at}.dfn"), network, faults);
     }
-    if let Some(file) = &cut.surface {
-        surface(&format!("{at}.surface"), file, faults);
-    }
+    surface(at, cut, faults);
     let persistence = cut.set.as_ref().and_then(|set| set.persistence);
     faults.optional(format!("{at}.set.persistence"), persistence, Rule::Within(0.0, 1.0));
     let Some(bridge) = &cut.bridge else { return };
@@ -36,21 +34,34 @@ pub(super) fn check(deck: &Deck, at: &str, cut: &RockCut, faults: &mut Faults) {
     }
 }
 
-/// Checks a surface, which may be open.
-fn surface(at: &str, file: &FileOf<Triangles>, faults: &mut Faults) {
-    let Some(triangles) = &file.content else {
-        return super::selection::unread(at, &file.path, faults);
+/// Checks a surface, which may be open, and its tolerance.
+fn surface(at: &str, cut: &RockCut, faults: &mut Faults) {
+    let place = format!("{at}.tolerance");
+    faults.optional(&place, cut.tolerance, Rule::AboveZero);
+    let ground = match &cut.surface {
+        None => false,
+        Some(FileOf { path, content: None }) => {
+            return super::selection::unread(&format!("{at}.surface"), path, faults);
+        }
+        Some(FileOf { path, content: Some(content) }) => {
+            let at = format!("{at}.surface");
+            match &**content {
+                SurfaceFile::Heights(of) => {
+                    super::selection::heights(&at, (path, of), faults);
+                    true
+                }
+                SurfaceFile::Triangles(of) => {
+                    super::selection::triangles(&at, (path, of), faults)
+                        && (cut.tolerance.is_none() || of.height_field().is_some())
+                }
+            }
+        }
     };
-    let path = &file.path;
-    let finite = triangles.0.iter().flatten().flatten().all(|number| number.is_finite());
-    let message = if !finite {
-        format!("`{path}` has a corner that is not a finite number")
-    } else if triangles.mesh().triangles.is_empty() {
-        format!("`{path}` has no triangle")
-    } else {
-        return;
-    };
-    faults.add_help(ErrorCode::InvalidFile, at, message, "write the STL file again");
+    if cut.tolerance.is_some() && !ground {
+        let message = "`tolerance` is that of a ground, and the cut has none";
+        let help = "a ground is a `surface` that each vertical line meets once at most";
+        faults.add_help(ErrorCode::IneffectiveKey, place, message, help);
+    }
 }
 
 fn disc(at: &str, disc: &DiscCut, faults: &mut Faults) {

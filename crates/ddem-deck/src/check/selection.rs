@@ -1,7 +1,9 @@
 //! Checks of each `where`.
 
 use super::{ErrorCode, Faults, NameFaults, Rule, shown};
-use crate::schema::{Deck, Extent, Heights, Plane, RockCut, Sheet, Triangles, TunnelCut, Where};
+use crate::schema::{
+    Deck, Extent, Heights, Plane, RockCut, Sheet, SurfaceFile, Triangles, TunnelCut, Where,
+};
 use ddem_core::problem::Set;
 use ddem_cut::Compass;
 
@@ -92,11 +94,8 @@ fn in_sets<'a>(
             }
             Some(Sheet::Plane(plane)) => self::plane(&place, plane, faults),
             Some(Sheet::Topography { topography }) => {
-                heights(
-                    &format!("{place}.topography"),
-                    (&topography.path, topography.content.as_deref()),
-                    faults,
-                );
+                let file = (&*topography.path, topography.content.as_deref());
+                self::topography(&format!("{place}.topography"), file, faults);
             }
             None => {}
         }
@@ -264,9 +263,44 @@ fn orientation(at: &str, selector: &Where, of: Selected, faults: &mut Faults) {
     );
 }
 
+/// Checks a topography.
+fn topography(place: &str, (path, content): (&str, Option<&SurfaceFile>), faults: &mut Faults) {
+    match content {
+        None => unread(place, path, faults),
+        Some(SurfaceFile::Heights(of)) => heights(place, (path, of), faults),
+        Some(SurfaceFile::Triangles(of)) => {
+            if triangles(place, (path, of), faults) && of.height_field().is_none() {
+                let message =
+                    format!("the surface in `{path}` is no ground: parts of it lie above others");
+                let help =
+                    "a topography meets each vertical line once; `inside` takes closed surfaces";
+                faults.add_help(ErrorCode::InvalidFile, place, message, help);
+            }
+        }
+    }
+}
+
+/// Checks triangles of any surface; true if it has some.
+pub(super) fn triangles(
+    place: &str,
+    (path, triangles): (&str, &Triangles),
+    faults: &mut Faults,
+) -> bool {
+    let finite = triangles.0.iter().flatten().flatten().all(|number| number.is_finite());
+    let message = if !finite {
+        format!("`{path}` has a corner that is not a finite number")
+    } else if triangles.mesh().triangles.is_empty() {
+        format!("`{path}` has no triangle")
+    } else {
+        return true;
+    };
+    faults.add_help(ErrorCode::InvalidFile, place, message, "write the STL file again");
+    false
+}
+
 /// Checks a grid of heights.
-fn heights(place: &str, (path, heights): (&str, Option<&Heights>), faults: &mut Faults) {
-    let Some(Heights { x, y, z, rim }) = heights else { return unread(place, path, faults) };
+pub(super) fn heights(place: &str, (path, heights): (&str, &Heights), faults: &mut Faults) {
+    let Heights { x, y, z, rim } = heights;
     let rises = |axis: &[f64]| {
         axis.len() > 1
             && axis.iter().all(|at| at.is_finite())

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::rock_files::is_surface;
-use crate::schema::{Deck, FileCells, FileIn, FileOf, FractureTable, Heights, RockFile, Triangles};
+use crate::schema::{
+    Deck, FileCells, FileIn, FileOf, FractureTable, Heights, RockFile, SurfaceFile, Triangles,
+};
 
 /// Contents of the files of a deck, as numbers, by their paths.
 pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
@@ -16,10 +18,8 @@ pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
                 FileIn::Triangles(FileOf { path, content: Some(content) }) => {
                     (path, content.0.iter().flatten().flatten().copied().collect())
                 }
-                FileIn::Heights(FileOf { path, content: Some(content) }) => {
-                    let Heights { x, y, z, rim } = &**content;
-                    let sizes = [x.len() as f64, y.len() as f64, *rim];
-                    (path, sizes.iter().chain(x).chain(y).chain(z).copied().collect())
+                FileIn::Topography(FileOf { path, content: Some(content) }) => {
+                    (path, surface_numbers(content))
                 }
                 _ => continue,
             };
@@ -35,8 +35,8 @@ pub fn file_contents(deck: &Deck) -> BTreeMap<String, Vec<f64>> {
         contents.insert(path.clone(), numbers.unwrap_or_default());
     }
     for (_, FileOf { path, content }) in deck.surfaces_mut() {
-        let corners = content.iter().flat_map(|content| &content.0).flatten();
-        contents.insert(path.clone(), corners.flatten().copied().collect());
+        let numbers = content.as_ref().map(|content| surface_numbers(content));
+        contents.insert(path.clone(), numbers.unwrap_or_default());
     }
     for (_, FileOf { path, content }) in deck.networks_mut() {
         let rows = content.iter().flat_map(|content| &content.0);
@@ -57,11 +57,7 @@ pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> 
                     file.content = numbers.map(|numbers| Arc::new(triangles_of(numbers)));
                     all &= file.content.is_some();
                 }
-                FileIn::Heights(file) => {
-                    let numbers = contents.get(&file.path);
-                    file.content = numbers.and_then(|numbers| heights_of(numbers)).map(Arc::new);
-                    all &= file.content.is_some();
-                }
+                FileIn::Topography(file) => all &= restore_surface(file, contents),
             }
         }
     }
@@ -74,9 +70,7 @@ pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> 
         all &= file.content.is_some();
     }
     for (_, file) in deck.surfaces_mut() {
-        let numbers = contents.get(&file.path);
-        file.content = numbers.map(|numbers| Arc::new(triangles_of(numbers)));
-        all &= file.content.is_some();
+        all &= restore_surface(file, contents);
     }
     for (_, file) in deck.networks_mut() {
         let numbers = contents.get(&file.path);
@@ -85,6 +79,27 @@ pub fn restore_files(deck: &mut Deck, contents: &BTreeMap<String, Vec<f64>>) -> 
         all &= file.content.is_some();
     }
     all
+}
+
+/// Numbers of a surface: those of triangles as in other uses of the file.
+fn surface_numbers(surface: &SurfaceFile) -> Vec<f64> {
+    match surface {
+        SurfaceFile::Triangles(of) => of.0.iter().flatten().flatten().copied().collect(),
+        SurfaceFile::Heights(Heights { x, y, z, rim }) => {
+            let sizes = [x.len() as f64, y.len() as f64, *rim];
+            sizes.iter().chain(x).chain(y).chain(z).copied().collect()
+        }
+    }
+}
+
+/// Sets the content of a surface; false if it is missing.
+fn restore_surface(file: &mut FileOf<SurfaceFile>, contents: &BTreeMap<String, Vec<f64>>) -> bool {
+    let surface = |numbers: &Vec<f64>| {
+        let heights = if is_surface(&file.path) { None } else { heights_of(numbers) };
+        heights.map_or_else(|| triangles_of(numbers).into(), SurfaceFile::Heights)
+    };
+    file.content = contents.get(&file.path).map(surface).map(Arc::new);
+    file.content.is_some()
 }
 
 fn triangles_of(numbers: &[f64]) -> Triangles {
@@ -96,5 +111,6 @@ fn heights_of(numbers: &[f64]) -> Option<Heights> {
     let (sizes, rest) = numbers.split_at_checked(3)?;
     let (x, rest) = rest.split_at_checked(sizes[0] as usize)?;
     let (y, z) = rest.split_at_checked(sizes[1] as usize)?;
-    Some(Heights { x: x.into(), y: y.into(), z: z.into(), rim: sizes[2] })
+    let whole = z.len() == x.len() * y.len();
+    whole.then(|| Heights { x: x.into(), y: y.into(), z: z.into(), rim: sizes[2] })
 }

@@ -6,11 +6,11 @@ use std::io::{Cursor, Read};
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::schema::{Deck, FileIn, FileOf, Heights, Triangles, names};
+use crate::schema::{Deck, FileIn, FileOf, Heights, SurfaceFile, Triangles, names};
 use ddem_core::{ErrorCode, Fault, ModelError};
 
 use super::fractures::fractures;
-use super::rock_files::rock;
+use super::rock_files::{is_surface, rock};
 use crate::near::near;
 
 /// Largest number of points of a grid of heights.
@@ -35,7 +35,7 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
                     fill(file, folder, &mut surfaces, |_, file| triangles(file))
                         .map_err(|fault| maybe_tunnel(fault, &file.path, &cuts))
                 }
-                FileIn::Heights(file) => fill(file, folder, &mut grids, |_, file| heights(file)),
+                FileIn::Topography(file) => fill(file, folder, &mut grids, surface),
             };
             faults.extend(wrong.err().map(|mut fault| {
                 fault.place = format!("{place}.{key}");
@@ -53,7 +53,7 @@ pub fn read_files(deck: &mut Deck, folder: &Path) -> Result<(), ModelError> {
         add(place, fill(file, folder, &mut rocks, rock));
     }
     for (place, file) in deck.surfaces_mut() {
-        add(place, fill(file, folder, &mut surfaces, |_, file| triangles(file)));
+        add(place, fill(file, folder, &mut grids, surface));
     }
     let mut tables = BTreeMap::new();
     for (place, file) in deck.networks_mut() {
@@ -96,7 +96,7 @@ pub fn join_paths(deck: &mut Deck, folder: &Path) {
             let path = match file {
                 FileIn::Triangles(file) if cuts.get(&file.path) == Some(&true) => continue,
                 FileIn::Triangles(file) => &mut file.path,
-                FileIn::Heights(file) => &mut file.path,
+                FileIn::Topography(file) => &mut file.path,
             };
             *path = folder.join(&*path).to_string_lossy().into_owned();
         }
@@ -160,29 +160,55 @@ fn fill<T>(
     Ok(())
 }
 
-const STL: &str = "a closed surface is an STL file, in text or in binary";
+const STL: &str = "a surface is an STL file, in text or in binary";
+
+/// Surface of a file: triangles of an STL file, otherwise heights.
+fn surface(path: &Path, mut file: File) -> Result<SurfaceFile, Fault> {
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(no_stl)?;
+    let named = is_surface(&path.to_string_lossy());
+    if named || bytes.trim_ascii_start().starts_with(b"solid") || is_binary(&bytes) {
+        return triangles_of(bytes).map(SurfaceFile::Triangles);
+    }
+    heights(bytes).map(SurfaceFile::Heights)
+}
 
 /// Triangles of an STL file, in text or in binary.
 pub(super) fn triangles(mut file: File) -> Result<Triangles, Fault> {
-    let wrong = |error: std::io::Error| {
-        Fault::new(ErrorCode::InvalidFile, "", format!("this is no STL file: {error}")).help(STL)
-    };
     let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(wrong)?;
+    file.read_to_end(&mut bytes).map_err(no_stl)?;
+    triangles_of(bytes)
+}
+
+fn no_stl(error: std::io::Error) -> Fault {
+    Fault::new(ErrorCode::InvalidFile, "", format!("this is no STL file: {error}")).help(STL)
+}
+
+fn triangles_of(bytes: Vec<u8>) -> Result<Triangles, Fault> {
     let mut file = Cursor::new(plain(bytes)?);
-    let all = stl_io::create_stl_reader(&mut file).map_err(wrong)?;
+    let all = stl_io::create_stl_reader(&mut file).map_err(no_stl)?;
     let corners = |triangle: stl_io::Triangle| {
         triangle.vertices.map(|corner| [0, 1, 2].map(|k| f64::from(corner[k])))
     };
     let all: Result<Vec<_>, _> = all.map(|triangle| triangle.map(corners)).collect();
-    Ok(Triangles(all.map_err(wrong)?))
+    Ok(Triangles(all.map_err(no_stl)?))
+}
+
+/// Number of triangles that a binary STL file announces; `None` if it is too short.
+fn announced(bytes: &[u8]) -> Option<u32> {
+    let four = bytes.get(80..84).and_then(|four| <[u8; 4]>::try_from(four).ok());
+    four.map(u32::from_le_bytes)
+}
+
+/// True if a file has the length of a binary STL file with the announced number of triangles.
+fn is_binary(bytes: &[u8]) -> bool {
+    announced(bytes).is_some_and(|count| 84 + 50 * count as usize == bytes.len())
 }
 
 /// STL file with a beginning that the reader accepts. Some programs begin binary files with
 /// "solid", too, and some leave out the name in text files.
 fn plain(mut bytes: Vec<u8>) -> Result<Vec<u8>, Fault> {
-    let count = bytes.get(80..84).and_then(|four| <[u8; 4]>::try_from(four).ok());
-    let count = count.map(u32::from_le_bytes);
+    let count = announced(&bytes);
     let wanted = count.map_or(usize::MAX, |count| 84 + 50 * count as usize);
     let start = bytes.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(0);
     let is_text = bytes[start..].starts_with(b"solid");
@@ -205,11 +231,9 @@ fn plain(mut bytes: Vec<u8>) -> Result<Vec<u8>, Fault> {
 }
 
 /// Heights as an ESRI ASCII grid, which begins with `ncols`, or else as CSV.
-fn heights(mut file: File) -> Result<Heights, Fault> {
-    let mut text = String::new();
-    file.read_to_string(&mut text).map_err(|error| {
-        Fault::new(ErrorCode::InvalidFile, "", format!("this is not text: {error}")).help(FORMATS)
-    })?;
+fn heights(bytes: Vec<u8>) -> Result<Heights, Fault> {
+    let text = String::from_utf8(bytes)
+        .map_err(|error| no_grid(format!("this is not text: {}", error.utf8_error())))?;
     let first = text.split_whitespace().next().unwrap_or_default();
     if first.eq_ignore_ascii_case("ncols") || first.eq_ignore_ascii_case("nrows") {
         raster(&text)

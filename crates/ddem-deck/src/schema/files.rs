@@ -21,7 +21,7 @@ pub struct FileOf<T> {
     pub content: Option<Arc<T>>,
 }
 
-/// Corners of the triangles of a closed surface, shape `(n, 3, 3)` `[m]`.
+/// Corners of the triangles of a surface, shape `(n, 3, 3)` `[m]`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Triangles(pub Vec<[[f64; 3]; 3]>);
 
@@ -41,6 +41,27 @@ pub struct Heights {
     /// Distance beyond the grid within which the outermost heights apply `[m]`: half a cell of a
     /// raster, whose heights are those of the cell centres.
     pub rim: f64,
+}
+
+/// Surface of a file: triangles, or heights over a grid.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SurfaceFile {
+    /// Triangles of an STL file.
+    Triangles(Triangles),
+    /// Heights of a CSV file or an ESRI ASCII grid.
+    Heights(Heights),
+}
+
+impl From<Heights> for SurfaceFile {
+    fn from(heights: Heights) -> Self {
+        Self::Heights(heights)
+    }
+}
+
+impl From<Triangles> for SurfaceFile {
+    fn from(triangles: Triangles) -> Self {
+        Self::Triangles(triangles)
+    }
 }
 
 impl PartialEq for Heights {
@@ -104,8 +125,8 @@ impl<T> JsonSchema for FileOf<T> {
 pub enum FileIn<'a> {
     /// A closed surface.
     Triangles(&'a mut FileOf<Triangles>),
-    /// A grid of heights.
-    Heights(&'a mut FileOf<Heights>),
+    /// A topography.
+    Topography(&'a mut FileOf<SurfaceFile>),
 }
 
 impl Where {
@@ -114,7 +135,7 @@ impl Where {
         let inside = self.inside.as_mut().map(|file| ("inside", FileIn::Triangles(file)));
         let sheets = [("above.topography", &mut self.above), ("below.topography", &mut self.below)];
         let heights = sheets.into_iter().filter_map(|(key, sheet)| match sheet {
-            Some(Sheet::Topography { topography }) => Some((key, FileIn::Heights(topography))),
+            Some(Sheet::Topography { topography }) => Some((key, FileIn::Topography(topography))),
             _ => None,
         });
         inside.into_iter().chain(heights)
@@ -170,7 +191,7 @@ impl Deck {
     }
 
     /// Surfaces that cut, each with its place in the deck.
-    pub fn surfaces_mut(&mut self) -> impl Iterator<Item = (String, &mut FileOf<Triangles>)> {
+    pub fn surfaces_mut(&mut self) -> impl Iterator<Item = (String, &mut FileOf<SurfaceFile>)> {
         let cuts = self.cut.iter_mut().enumerate();
         cuts.filter_map(|(i, cut)| Some((format!("cut[{i}].surface"), cut.surface.as_mut()?)))
     }

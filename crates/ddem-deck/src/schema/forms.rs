@@ -10,8 +10,8 @@ use serde::de::{Error, IgnoredAny, MapAccess, SeqAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::{
-    Damping, DiscSizes, Extent, FileOf, Heights, History, JointChoice, Plane, SetSpacing, Sheet,
-    TimeStep,
+    Damping, DiscSizes, Extent, FileOf, History, JointChoice, Plane, SetSpacing, Sheet,
+    SurfaceFile, TimeStep,
 };
 
 /// Visitor methods for the three types in which a reader passes a number.
@@ -74,7 +74,7 @@ impl<'de> Deserialize<'de> for Sheet {
             normal: Option<[f64; 3]>,
             dip: Option<f64>,
             dip_direction: Option<f64>,
-            topography: Option<FileOf<Heights>>,
+            topography: Option<FileOf<SurfaceFile>>,
         }
 
         struct SheetForms;

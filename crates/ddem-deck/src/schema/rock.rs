@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Body, DiscCut, FileOf, NetworkCut, RockFile, Triangles, Where};
+use super::{Body, DiscCut, FileOf, NetworkCut, RockFile, SurfaceFile, Where};
 
 /// Part of the rock that cuts divide: a box, a prism, a convex polyhedron, or the rock of a file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -188,10 +188,14 @@ pub struct RockCut {
     /// another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dfn: Option<NetworkCut>,
-    /// Triangles of an STL file, whose path is relative to the folder of the deck: the plane of each
-    /// cuts the cells that it meets; needed without another shape.
+    /// Ground, of an STL file or of heights over a grid (CSV, ESRI ASCII), or another surface of an STL
+    /// file, whose path is relative to the folder of the deck; needed without another shape.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub surface: Option<FileOf<Triangles>>,
+    pub surface: Option<FileOf<SurfaceFile>>,
+    /// Largest vertical distance of the cut from the given points of a ground, above 0 `[m]`; default
+    /// 0.005 of the diagonal of the regions.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     /// Sides and ends of a tunnel or shaft, `{ outline, from, to }`, which cut the cells that it
     /// touches; needed without another shape.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{FileOf, Heights, Triangles, normal_of};
+use super::{FileOf, SurfaceFile, Triangles, normal_of};
 
 /// Largest angle of a joint to the wanted orientation `[degrees]`.
 const WITHIN: f64 = 2.0;
@@ -83,7 +83,9 @@ impl Where {
     }
 
     /// Topographies, by the key that names them.
-    pub(crate) fn topographies(&self) -> impl Iterator<Item = (&'static str, &FileOf<Heights>)> {
+    pub(crate) fn topographies(
+        &self,
+    ) -> impl Iterator<Item = (&'static str, &FileOf<SurfaceFile>)> {
         [("above", &self.above), ("below", &self.below)].into_iter().filter_map(|(key, sheet)| {
             match sheet {
                 Some(Sheet::Topography { topography }) => Some((key, topography)),
@@ -165,7 +167,7 @@ pub enum Sheet {
     Topography {
         /// A grid of heights: CSV with the columns x, y, z, or an ESRI ASCII grid; the path is
         /// relative to the folder of the deck.
-        topography: FileOf<Heights>,
+        topography: FileOf<SurfaceFile>,
     },
     /// A plane. Its upper side is above; for an upright plane, the side that the normal points to.
     Plane(Plane),

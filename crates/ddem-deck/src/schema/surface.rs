@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use ddem_core::problem::Vec3;
+use ddem_cut::HeightField;
 
 use super::Triangles;
 
@@ -27,6 +28,15 @@ impl Triangles {
         let triangles: Vec<[u32; 3]> =
             numbers.filter(|[a, b, c]| a != b && b != c && c != a).collect();
         SurfaceMesh { points: welder.points, triangles }
+    }
+}
+
+impl Triangles {
+    /// Ground that the triangles are; `None` for other surfaces.
+    pub(crate) fn height_field(&self) -> Option<HeightField> {
+        let SurfaceMesh { points, triangles } = self.mesh();
+        let points: Vec<Vec3> = points.into_iter().map(Vec3::from).collect();
+        HeightField::new(&points, &triangles)
     }
 }
 

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use toml::Table;
 
 /// Words that state a default without a value.
-const WORDS: [&str; 18] = [
+const WORDS: [&str; 19] = [
     "none",
     "none: never in the model",
     "none: brittle",
@@ -28,6 +28,7 @@ const WORDS: [&str; 18] = [
     "that of the two faces",
     "the `joint` of the set",
     "the middle of the regions",
+    "0.005 of the diagonal of the regions",
     "that of its keys",
 ];
 /// Defaults that follow from other keys; `defaults_that_follow_from_other_keys` checks them.

@@ -110,7 +110,8 @@ fn decks_of_programs() {
     };
     add(surface(None));
     add(surface(Some(Triangles(vec![[[f64::NAN; 3]; 3]]))));
-    let topography = FileOf { path: "ground".into(), content: Some(Arc::new(Heights::default())) };
+    let topography =
+        FileOf { path: "ground".into(), content: Some(Arc::new(Heights::default().into())) };
     add(Where { above: Some(Sheet::Topography { topography }), ..Where::default() });
     let many: String = (0..70_000)
         .map(|k| format!("[materials.m{k}]\ndensity = 1\nyoung = 1e9\npoisson = 0.2\n"))

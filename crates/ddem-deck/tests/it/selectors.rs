@@ -308,7 +308,7 @@ fn open_surface_is_refused() {
 fn heights(x: &[f64], y: &[f64], z: &[f64]) -> Sheet {
     let grid = Heights { x: x.into(), y: y.into(), z: z.into(), rim: 0.0 };
     Sheet::Topography {
-        topography: FileOf { path: "ground.csv".into(), content: Some(Arc::new(grid)) },
+        topography: FileOf { path: "ground.csv".into(), content: Some(Arc::new(grid.into())) },
     }
 }
 

@@ -170,6 +170,7 @@ class Model:
         polygon: Sequence[Vector] | None = None,
         dfn: Mapping[str, Any] | None = None,
         surface: Path | None = None,
+        tolerance: float | None = None,
         tunnel: Mapping[str, Any] | None = None,
         voronoi: Mapping[str, Any] | None = None,
         joint: str | Joint | None = None,

@@ -92,8 +92,7 @@ impl Selector {
                 Some(Sheet::Level(z)) => made.bound(made.flat(Vec3::z(), *z), above),
                 Some(Sheet::Plane(plane)) => made.bound(made.flat_of(plane).upright(), above),
                 Some(Sheet::Topography { topography }) => {
-                    let heights = topography.content.clone().unwrap_or_default();
-                    made.terrains.push((Terrain::new(heights), above));
+                    made.terrains.push((Terrain::new(topography.content.clone()), above));
                 }
                 None => {}
             }

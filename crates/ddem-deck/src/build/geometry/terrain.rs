@@ -3,26 +3,46 @@
 use std::sync::Arc;
 
 use super::{Selector, coordinates};
-use crate::schema::{Heights, Where};
+use crate::schema::{Heights, SurfaceFile, Where};
 use ddem_core::problem::{Lattice, Sets, Vec3};
 use ddem_core::{ErrorCode, Fault};
+use ddem_cut::Ground;
 
 /// Distance within which a point counts as on a grid line, as a fraction of the grid cell.
 const ON_LINE: f64 = 1e-9;
 
-/// Heights, bilinear between the points of a grid.
+/// Heights of a topography.
 #[derive(Clone, Debug)]
-pub(super) struct Terrain(Arc<Heights>);
+pub(super) enum Terrain {
+    /// Bilinear between the points of a grid.
+    Grid(Arc<SurfaceFile>),
+    /// Triangles of a ground.
+    Ground(Arc<Ground>),
+}
 
 impl Terrain {
-    pub(super) fn new(heights: Arc<Heights>) -> Self {
-        Self(heights)
+    /// Topography of a file; it has no height anywhere if the file has not been read.
+    pub(super) fn new(content: Option<Arc<SurfaceFile>>) -> Self {
+        let field = match content.as_deref() {
+            Some(SurfaceFile::Triangles(triangles)) => triangles.height_field(),
+            _ => None,
+        };
+        match field {
+            Some(field) => Self::Ground(Arc::new(Ground::new(field, 0, true, [0.0; 2]))),
+            None => Self::Grid(content.unwrap_or_else(|| Arc::new(Heights::default().into()))),
+        }
     }
 
     /// Height at a point `[m]`. `None` beyond the rim of the grid by more than `clear`, and where a
     /// height that has weight is missing.
     pub(super) fn height(&self, x: &Vec3, clear: f64) -> Option<f64> {
-        let Heights { x: columns, y: rows, z, rim } = &*self.0;
+        let Heights { x: columns, y: rows, z, rim } = match self {
+            Self::Ground(ground) => return ground.height(x),
+            Self::Grid(content) => match &**content {
+                SurfaceFile::Heights(heights) => heights,
+                SurfaceFile::Triangles(_) => return None,
+            },
+        };
         let (i, s) = between(columns, x.x, rim + clear)?;
         let (j, t) = between(rows, x.y, rim + clear)?;
         let corners = [(i, j, (1.0 - s) * (1.0 - t)), (i + 1, j, s * (1.0 - t))];
@@ -36,10 +56,14 @@ impl Terrain {
 
     /// Message for a point without a height.
     fn missing(&self, x: &Vec3, clear: f64) -> String {
-        let Heights { x: columns, y: rows, rim, .. } = &*self.0;
+        let no_height = || format!("it has no height at {}", coordinates(*x));
+        let Self::Grid(content) = self else { return no_height() };
+        let SurfaceFile::Heights(Heights { x: columns, y: rows, rim, .. }) = &**content else {
+            return no_height();
+        };
         let out = [(columns, x.x), (rows, x.y)];
         if out.iter().all(|(axis, at)| between(axis, *at, rim + clear).is_some()) {
-            return format!("it has no height at {}", coordinates(*x));
+            return no_height();
         }
         let end = |axis: &[f64]| {
             let ends = [axis.first(), axis.last()].map(|end| end.copied().unwrap_or(0.0));
@@ -149,7 +173,8 @@ mod tests {
     use super::*;
 
     fn terrain(x: &[f64], y: &[f64], z: &[f64], rim: f64) -> Terrain {
-        Terrain::new(Arc::new(Heights { x: x.into(), y: y.into(), z: z.into(), rim }))
+        let heights = Heights { x: x.into(), y: y.into(), z: z.into(), rim };
+        Terrain::new(Some(Arc::new(heights.into())))
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! Cuts of regions, in the order of a deck.
 
+use std::sync::Arc;
+
 use ddem_core::problem::{Sets, Vec3};
 use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{
@@ -7,6 +9,7 @@ use ddem_cut::{
 };
 
 use super::fractures::{RockFracture, listed};
+use super::ground::{ground, uncovered};
 use super::least_divisions;
 use super::region_cut::{CutShape, RegionCut};
 use super::shapes::{fractures, joint_set, network, plane, seeds, spacing, tunnel};
@@ -61,6 +64,9 @@ pub(super) fn cut(
             return Err(vec![no_cell(&rock, format!("{at}.where"), &entry.r#where)]);
         }
         let cuts = whole.cuts(entry, number as u32);
+        if let Some(fault) = uncovered(&rock, entry, &at, &cuts, &chosen) {
+            return Err(vec![fault]);
+        }
         let mut all = CutCount::default();
         for region_cut in &cuts {
             if let CutShape::Fractures(all) = &region_cut.shape
@@ -97,8 +103,7 @@ impl<'a> WholeRock<'a> {
     fn new(deck: &Deck, shapes: &'a [RegionParts]) -> Self {
         let parts = shapes.iter().flat_map(|shape| &shape.parts);
         let corners: Vec<Vec3> = parts.flat_map(|part| part.points.iter().copied()).collect();
-        let bounds = bounds(&corners);
-        Self { shapes, groups: groups(deck), corners, bounds }
+        Self { shapes, groups: groups(deck), corners, bounds: bounds_of(shapes) }
     }
 
     fn middle(&self) -> Vec3 {
@@ -109,8 +114,10 @@ impl<'a> WholeRock<'a> {
     /// are divided alike.
     fn cuts(&self, entry: &RockCut, number: u32) -> Vec<RegionCut> {
         let mut cuts: Vec<RegionCut> = Vec::new();
+        let ground = ground(entry, number, self.bounds).map(Arc::new);
         for group in &self.groups {
-            let Some(shape) = self.shape(entry, number, group) else { continue };
+            let shape = ground.clone().map(CutShape::Ground);
+            let Some(shape) = shape.or_else(|| self.shape(entry, number, group)) else { continue };
             match cuts.iter_mut().find(|region_cut| region_cut.shape == shape) {
                 Some(region_cut) => region_cut.regions.extend(&group.regions),
                 None => {
@@ -160,6 +167,12 @@ fn groups(deck: &Deck) -> Vec<RegionGroup> {
         }
     }
     groups
+}
+
+/// Box around regions `[m]`.
+pub(super) fn bounds_of(shapes: &[RegionParts]) -> [Vec3; 2] {
+    let parts = shapes.iter().flat_map(|shape| &shape.parts);
+    bounds(&parts.flat_map(|part| part.points.iter().copied()).collect::<Vec<_>>())
 }
 
 fn bounds(corners: &[Vec3]) -> [Vec3; 2] {
@@ -368,11 +381,11 @@ fn without_effect(
     // A tunnel along faces that are there already divides nothing, but has cells inside.
     let inside = |cell: usize| {
         cuts.iter().any(|region_cut| match &region_cut.shape {
-            CutShape::Planes(_) | CutShape::Fractures(_) | CutShape::Seeds(_) => false,
             CutShape::Tunnel(tunnel) => {
                 region_cut.regions.contains(&rock.cells()[cell].region)
                     && tunnel.contains(&rock.centroid(cell))
             }
+            _ => false,
         })
     };
     let empty = !(0..rock.cells().len()).any(|cell| chosen[cell] && inside(cell));

@@ -1,7 +1,9 @@
 //! Cut of some regions: its shape, and how it divides their cells.
 
+use std::sync::Arc;
+
 use ddem_core::problem::Vec3;
-use ddem_cut::{CellComplex, Compass, CutCount, CutPlane, Fracture, RandomStream, Tunnel};
+use ddem_cut::{CellComplex, Compass, CutCount, CutPlane, Fracture, Ground, RandomStream, Tunnel};
 
 use crate::schema::RockCut;
 
@@ -22,6 +24,7 @@ pub(super) enum CutShape {
     Planes(Vec<CutPlane>),
     Fractures(Vec<Fracture>),
     Tunnel(Tunnel),
+    Ground(Arc<Ground>),
     /// Seeds of Voronoi cells `[m]`.
     Seeds(Vec<Vec3>),
 }
@@ -50,6 +53,7 @@ impl RegionCut {
             }
             CutShape::Fractures(fractures) => rock.cut_fractures(fractures, allowed),
             CutShape::Tunnel(tunnel) => rock.cut_tunnel(tunnel, allowed),
+            CutShape::Ground(ground) => rock.cut_ground(ground, allowed),
             CutShape::Seeds(seeds) => rock.cut_voronoi(seeds, number, entry.join, allowed),
         }
     }

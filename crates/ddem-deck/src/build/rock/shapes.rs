@@ -7,7 +7,8 @@ use ddem_cut::{
 };
 
 use crate::schema::{
-    DiscSizes, NetworkCut, PlaneCut, RockCut, SetCut, SetSpacing, SpacingLaw, TunnelCut, VoronoiCut,
+    DiscSizes, NetworkCut, PlaneCut, RockCut, SetCut, SetSpacing, SpacingLaw, SurfaceFile,
+    TunnelCut, VoronoiCut,
 };
 
 pub(super) fn joint_set(set: &SetCut, compass: &Compass, middle: Vec3) -> JointSet {
@@ -86,7 +87,11 @@ pub(super) fn fractures(
         return Some(vec![Fracture::polygon(&corners, number, joined).ok()?]);
     }
     if let Some(file) = &entry.surface {
-        let triangles = file.content.iter().flat_map(|content| &content.0);
+        let triangles = file.content.iter().filter_map(|content| match &**content {
+            SurfaceFile::Triangles(triangles) => Some(&triangles.0),
+            SurfaceFile::Heights(_) => None,
+        });
+        let triangles = triangles.flatten();
         let triangles = triangles.map(|corners| corners.map(Vec3::from));
         // Triangles without area have no plane.
         return Some(
