@@ -74,7 +74,10 @@ fn topography_must_cover_selected_nodes() {
     let model = model(&pile());
     let above = |to: f64, x: Option<Extent>| {
         let heights = Heights { x: vec![0.0, to], y: vec![0.0, 1.0], z: vec![1.2; 4], rim: 0.0 };
-        let topography = FileOf { path: "ground.csv".into(), content: Some(std::sync::Arc::new(heights.into())) };
+        let topography = FileOf {
+            path: "ground.csv".into(),
+            content: Some(std::sync::Arc::new(heights.into())),
+        };
         (Where { x, above: Some(Sheet::Topography { topography }), ..Where::default() })
             .nodes(&model)
     };

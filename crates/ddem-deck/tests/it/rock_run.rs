@@ -290,7 +290,7 @@ fn entries_that_regions_do_not_have_yet() {
     let sections = [
         "[[refine]]\nfactor = 2\nwhere = { x = [0, 1] }",
         "[[charge]]\nmass = 1.0\nexplosive = { density = 1000.0, detonation_velocity = 4000.0, gamma = 3.0 }\nwhere = { x = [0, 1] }",
-        "[[boundary]]\nkind = 'viscous'\nwhere = { x = 4.0 }",
+        "[[boundary]]\nkind = 'free-field'\nwhere = { x = 4.0 }",
         "[[load]]\nline = [0, 0, 1.0]\nwhere = { x = 0.0, z = 2.0 }",
     ];
     let mut found: Vec<String> = Vec::new();

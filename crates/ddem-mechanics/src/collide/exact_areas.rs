@@ -6,9 +6,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use super::overlap::{Vertex, bilinear, weights};
+use super::overlap::{Point, Vertex, bilinear, weights};
 
-type Point = [f64; 2];
 type Quad = [Point; 4];
 type Shapes = SVector<f64, 8>;
 

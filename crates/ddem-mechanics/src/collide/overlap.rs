@@ -5,7 +5,7 @@
 mod tests;
 
 /// Point of the plane `[m]`.
-type Point = [f64; 2];
+pub(super) type Point = [f64; 2];
 
 /// Vertex of the part of a quadrilateral that lies over an outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

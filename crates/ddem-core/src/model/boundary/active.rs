@@ -100,33 +100,8 @@ impl ActiveBoundaries {
         locked_reactions: &AppliedForces,
     ) -> Self {
         let here = || boundaries.list.iter().enumerate().filter(|(_, b)| b.in_force.has(stage));
-        let mut sums: BTreeMap<u32, Resistance> = BTreeMap::new();
-        // Removed blocks have no dashpots.
-        let exists = |node: u32| !geometries.now.is_removed(geometries.now.block_of(node as usize));
-        let dashpots = here().flat_map(|(_, boundary)| &boundary.dashpots);
-        for (node, resistance) in dashpots.filter(|(node, _)| exists(*node)) {
-            *sums.entry(*node).or_insert_with(Resistance::zeros) += resistance;
-        }
-        let copies = |node: u32| {
-            let tied = geometries.now.ties.with(node).iter().copied().filter(|&copy| exists(copy));
-            // Without ties a node is its own copy.
-            Some(node).into_iter().chain(tied.filter(move |&copy| copy != node))
-        };
-        let mut dashpots: Vec<(usize, Dashpot)> = Vec::with_capacity(sums.len());
-        for &node in sums.keys() {
-            // In the order of the nodes, so that all copies have equal bits.
-            let group: BTreeSet<u32> = copies(node).collect();
-            let resistance = group.iter().filter_map(|copy| sums.get(copy)).sum();
-            let share = 1.0 / group.len() as f64;
-            let slot = geometries.packs.node_slot(geometries.now, node as usize);
-            let NodeSlot { pack, at, lane } = slot;
-            let held = held(active, slot).map(|fix| fix.unwrap_or(FREE));
-            let locked_reactions = locked_reactions.get(&node).copied().unwrap_or_default().into();
-            dashpots.push((
-                pack,
-                Dashpot { at, lane, node, resistance, share, held, locked_reactions },
-            ));
-        }
+        let resistances = here().flat_map(|(_, boundary)| &boundary.dashpots);
+        let mut dashpots = dashpots(geometries, resistances, active, locked_reactions);
         dashpots.sort_by_key(|(pack, d)| (*pack, d.at, d.lane));
         let mut in_force = Self {
             start: starts(geometries.packs.packs.len(), dashpots.iter().map(|d| d.0)),
@@ -138,7 +113,7 @@ impl ActiveBoundaries {
             let Some(wave) = boundary.wave else { continue };
             let own = boundary.dashpots.iter().filter(|(_, r)| *r != Resistance::zeros());
             for (node, resistance) in own {
-                for copy in copies(*node) {
+                for copy in geometries.copies(*node) {
                     let Some(&dashpot) = in_force.by_node.get(&copy) else { continue };
                     let force = 2.0 * in_force.dashpots[dashpot].share * (resistance * wave);
                     in_force.waves.push(NodeWave { dashpot, boundary: index, force });
@@ -267,6 +242,49 @@ impl ActiveBoundaries {
         };
         self.columns.iter().find(floats).map(|columns| &boundary.columns[columns.column])
     }
+}
+
+impl StageGeometry<'_> {
+    /// Existing nodes that are tied to a node, itself included, in increasing order.
+    fn copies(&self, node: u32) -> Vec<u32> {
+        let exists = |&&copy: &&u32| !self.now.is_removed(self.now.block_of(copy as usize));
+        let tied = self.now.ties.with(node);
+        // Without ties a node is its own copy.
+        let all = if tied.is_empty() { std::slice::from_ref(&node) } else { tied };
+        all.iter().filter(exists).copied().collect()
+    }
+}
+
+/// Dashpots of the nodes that exist, with their packs.
+fn dashpots<'a>(
+    geometries: StageGeometry<'_>,
+    resistances: impl Iterator<Item = &'a (u32, Resistance)>,
+    active: &ActiveConditions,
+    locked_reactions: &AppliedForces,
+) -> Vec<(usize, Dashpot)> {
+    let mut sums: BTreeMap<u32, Resistance> = BTreeMap::new();
+    for (node, resistance) in resistances {
+        *sums.entry(*node).or_insert_with(Resistance::zeros) += resistance;
+    }
+    let dashpot = |&node: &u32| {
+        let copies = geometries.copies(node);
+        if !copies.contains(&node) {
+            return None;
+        }
+        let slot = geometries.packs.node_slot(geometries.now, node as usize);
+        let NodeSlot { pack, at, lane } = slot;
+        let dashpot = Dashpot {
+            at,
+            lane,
+            node,
+            resistance: copies.iter().filter_map(|copy| sums.get(copy)).sum(),
+            share: 1.0 / copies.len() as f64,
+            held: held(active, slot).map(|fix| fix.unwrap_or(FREE)),
+            locked_reactions: locked_reactions.get(&node).copied().unwrap_or_default().into(),
+        };
+        Some((pack, dashpot))
+    };
+    sums.keys().filter_map(dashpot).collect()
 }
 
 /// Numbers of the fixes that hold the axes of a node.

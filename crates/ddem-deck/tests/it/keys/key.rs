@@ -133,6 +133,7 @@ impl DeckKey {
             name if name.starts_with("Literal[") => {
                 format!("{{{}}}", &name["Literal[".len()..name.len() - 1])
             }
+            "Mapping[str, Any] | Sequence[Vector]" => "dict or two corners".to_owned(),
             name if name.starts_with("Mapping") => "dict".to_owned(),
             "str | Joint | Mapping[str, str | Joint]" => "Joint, str or dict".to_owned(),
             "str | Mapping[str, float]" => "str or dict".to_owned(),
@@ -234,8 +235,9 @@ fn named(name: &str) -> String {
         "TimeStep" => "float | Literal[\"auto\"]".to_owned(),
         "Explosive" => "str | Mapping[str, float]".to_owned(),
         "Edges" | "Gradient" => "Mapping[str, Vector]".to_owned(),
-        "BlockMesh" | "BoxShape" | "PrismShape" | "SmallBlocks" | "SetCut" | "PlaneCut"
-        | "DiscCut" | "NetworkCut" | "TunnelCut" | "VoronoiCut" => "Mapping[str, Any]".to_owned(),
+        "BoxShape" => "Mapping[str, Any] | Sequence[Vector]".to_owned(),
+        "BlockMesh" | "PrismShape" | "SmallBlocks" | "SetCut" | "PlaneCut" | "DiscCut"
+        | "NetworkCut" | "TunnelCut" | "VoronoiCut" => "Mapping[str, Any]".to_owned(),
         "Orientations" => "Mapping[str, Mapping[str, float]]".to_owned(),
         "JointChoice" => "str | Joint | Mapping[str, str | Joint]".to_owned(),
         name => {
