@@ -16,32 +16,16 @@ impl CellComplex {
     /// the plane of one piece divides each of them. `allowed` has a flag for each cell.
     ///
     /// A cell in which rounding errors leave no polyhedra stays whole, and is counted.
-    pub fn cut_ground(&mut self, ground: &Ground, mut allowed: Vec<bool>) -> CutCount {
-        allowed.resize(self.cells.len(), false);
-        let chosen: Vec<usize> = (0..allowed.len()).filter(|&cell| allowed[cell]).collect();
+    pub fn cut_ground(&mut self, ground: &Ground, allowed: &[bool]) -> CutCount {
+        let chosen = self.chosen(allowed);
         let mut welded = WeldedPoints::of_cells(self, &chosen);
-        let (mut count, leaves) = (CutCount::default(), self.tree.leaves());
         let mut planes = HashMap::new();
-        for cell in chosen {
-            let whole = Clipped::of_cell(self, cell);
-            let parts = ground.parts(&whole, self.tolerance).and_then(|parts| {
-                let corners = self.cells[cell].vertices();
-                self.numbered(ground, &parts, &corners, &mut welded, &mut planes)
-            });
-            match parts {
-                Some(parts) if parts.len() > 1 => {
-                    count.divisions += parts.len() - 1;
-                    self.replace(leaves[&(cell as u32)], cell, parts);
-                }
-                Some(_) => {}
-                None => self.n_uncut += 1,
-            }
-            if self.cells.len() > self.most {
-                count.too_many = true;
-                break;
-            }
-        }
-        count
+        self.replace_each(chosen, |complex, cell| {
+            let whole = Clipped::of_cell(complex, cell);
+            let parts = ground.parts(&whole, complex.tolerance)?;
+            let corners = complex.cells[cell].vertices();
+            complex.numbered(ground, &parts, &corners, &mut welded, &mut planes)
+        })
     }
 
     /// Faces of the parts of a cell with the numbers of the complex; `None` if rounding errors spoil one.

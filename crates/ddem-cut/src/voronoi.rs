@@ -35,17 +35,31 @@ impl CellComplex {
         seeds: &[Vector3<f64>],
         cut: u32,
         joined: bool,
-        mut allowed: Vec<bool>,
+        allowed: &[bool],
     ) -> CutCount {
-        allowed.resize(self.cells.len(), false);
-        let chosen: Vec<usize> = (0..allowed.len()).filter(|&cell| allowed[cell]).collect();
+        let chosen = self.chosen(allowed);
         let welded = WeldedPoints::of_cells(self, &chosen);
         let (grid, planes) = (SeedGrid::new(seeds), HashMap::new());
         let tolerance = self.tolerance;
         let mut work = VoronoiParts { seeds, grid, cut, joined, tolerance, welded, planes };
+        self.replace_each(chosen, |complex, cell| work.parts(complex, cell))
+    }
+
+    /// Numbers of the cells whose flags are set.
+    pub(crate) fn chosen(&self, allowed: &[bool]) -> Vec<usize> {
+        let is_chosen = |cell: &usize| allowed.get(*cell).is_some_and(|allowed| *allowed);
+        (0..self.cells.len()).filter(is_chosen).collect()
+    }
+
+    /// Replaces cells by their parts, one after another. `None` leaves a cell whole, and is counted.
+    pub(crate) fn replace_each(
+        &mut self,
+        cells: Vec<usize>,
+        mut parts: impl FnMut(&mut Self, usize) -> Option<Vec<Vec<CellFace>>>,
+    ) -> CutCount {
         let (mut count, leaves) = (CutCount::default(), self.tree.leaves());
-        for cell in chosen {
-            match work.parts(self, cell) {
+        for cell in cells {
+            match parts(self, cell) {
                 Some(parts) if parts.len() > 1 => {
                     count.divisions += parts.len() - 1;
                     self.replace(leaves[&(cell as u32)], cell, parts);
@@ -62,7 +76,7 @@ impl CellComplex {
     }
 
     /// Replaces a cell by its parts.
-    pub(crate) fn replace(&mut self, node: u32, cell: usize, parts: Vec<Vec<CellFace>>) {
+    fn replace(&mut self, node: u32, cell: usize, parts: Vec<Vec<CellFace>>) {
         let region = self.cells[cell].region;
         let mut boxes = Vec::with_capacity(parts.len());
         for (i, faces) in parts.into_iter().enumerate() {

@@ -48,7 +48,7 @@ fn ground(field: HeightField, slack: f64) -> Ground {
 }
 
 fn cut(rock: &mut CellComplex, ground: &Ground) -> usize {
-    rock.cut_ground(ground, rock.select(|_, _| true)).divisions
+    rock.cut_ground(ground, &rock.select(|_, _| true)).divisions
 }
 
 /// Cells whose centroids are below a ground.

@@ -9,7 +9,7 @@ use crate::shared::{any_vector, assert_all_matched, assert_sound, cube, cut_all,
 
 fn divide(rock: &mut CellComplex, seeds: &[Vector3<f64>]) -> CutCount {
     let allowed = rock.select(|_, _| true);
-    rock.cut_voronoi(seeds, 3, false, allowed)
+    rock.cut_voronoi(seeds, 3, false, &allowed)
 }
 
 fn unit_seeds(number: usize, least: f64, seed: u64) -> Vec<Vector3<f64>> {
@@ -78,7 +78,7 @@ fn cells_that_are_not_allowed_stay() {
     cut_all(&mut rock, &[plane(Vector3::z(), Vector3::repeat(0.5))]);
     let lower = rock.select(|cell, _| cell == 0);
     let seeds = unit_seeds(30, 0.0, 7);
-    rock.cut_voronoi(&seeds, 1, false, lower);
+    rock.cut_voronoi(&seeds, 1, false, &lower);
     assert_sound(&rock, 1.0);
     let of_half = |cell: &usize| rock.properties(*cell).volume == 0.5;
     assert_eq!((0..rock.cells().len()).filter(of_half).count(), 1);

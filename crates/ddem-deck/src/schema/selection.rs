@@ -165,8 +165,8 @@ pub enum Sheet {
     Level(f64),
     /// Heights over x and y.
     Topography {
-        /// A grid of heights: CSV with the columns x, y, z, or an ESRI ASCII grid; the path is
-        /// relative to the folder of the deck.
+        /// Heights over a grid, CSV with the columns x, y, z or ESRI ASCII, or an open STL surface; the
+        /// path is relative to the folder of the deck.
         topography: FileOf<SurfaceFile>,
     },
     /// A plane. Its upper side is above; for an upright plane, the side that the normal points to.

@@ -29,9 +29,7 @@ impl Triangles {
             numbers.filter(|[a, b, c]| a != b && b != c && c != a).collect();
         SurfaceMesh { points: welder.points, triangles }
     }
-}
 
-impl Triangles {
     /// Ground that the triangles are; `None` for other surfaces.
     pub(crate) fn height_field(&self) -> Option<HeightField> {
         let SurfaceMesh { points, triangles } = self.mesh();

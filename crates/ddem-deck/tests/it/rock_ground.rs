@@ -266,3 +266,26 @@ fn other_surfaces_of_many_triangles_are_warned_of() {
     let built = BuiltDeck::new(&deck).unwrap();
     assert!(built.warnings(&built.model()).iter().all(|of| of.code != Code::ManyTriangles));
 }
+
+/// A fault of triangles that ends in the rock is no ground: it cuts the cells that it meets.
+#[test]
+fn surfaces_that_end_in_the_rock_cut_by_their_triangles() {
+    let facet = |corners: [[f64; 3]; 3]| {
+        let vertices = corners.map(|[x, y, z]| format!("vertex {x} {y} {z}\n")).concat();
+        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    };
+    let [a, b, c, d] = [[0.0, 0.0, 2.0], [2.0, 0.0, 2.0], [2.0, 6.0, 2.0], [0.0, 6.0, 2.0]];
+    let text = format!("solid fault\n{}{}endsolid fault\n", facet([a, b, c]), facet([a, c, d]));
+    let rock = cut("fault.stl", text.as_bytes(), "joint = 'bedding'").unwrap();
+    let cells = 0..rock.properties.len();
+    let is_cut = |&cell: &usize| rock.cut_names(cell).iter().any(|name| name == "ground");
+    let (beside, rest): (Vec<usize>, Vec<usize>) = cells.partition(is_cut);
+    assert!(!beside.is_empty() && !rest.is_empty(), "{beside:?} {rest:?}");
+    // No cell near it lies on both sides.
+    for cell in beside {
+        let corners = rock.complex.cells()[cell].vertices();
+        let heights = corners.iter().map(|&corner| rock.complex.points()[corner as usize].z - 2.0);
+        let (low, high) = heights.fold((0.0, 0.0), |(l, h), z| (f64::min(l, z), f64::max(h, z)));
+        assert!(low > -1e-9 || high < 1e-9, "{low} {high}");
+    }
+}

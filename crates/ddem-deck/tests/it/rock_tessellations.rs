@@ -22,7 +22,7 @@ fn enclosed(faces: &[Vec<Vec3>]) -> f64 {
 pub(crate) fn tessellation(n: usize, size: Vec3) -> (String, Vec<f64>) {
     let seeds = voronoi_seeds([Vec3::zeros(), size], n, 0.0, 3, 0);
     let mut rock = CellComplex::new(&[vec![Polyhedron::brick(Vec3::zeros(), size).unwrap()]]);
-    rock.cut_voronoi(&seeds, 0, false, vec![true]);
+    rock.cut_voronoi(&seeds, 0, false, &[true]);
     let mut text = format!(
         "***tess\n **format\n   3.4\n **general\n   3 standard\n **cell\n   {n}\n  *seed\n"
     );

@@ -327,7 +327,8 @@ impl Bilinear {
     }
 }
 
-/// Largest number of Newton steps; the faces of blocks need two or three.
+/// Largest number of Newton steps. The faces of blocks need two or three, those that are nearly
+/// triangles some more.
 const MOST_STEPS: usize = 40;
 
 /// Bilinear coordinates of a point in a convex quadrilateral, or slightly outside. Each coordinate

@@ -5,11 +5,12 @@ use std::sync::Arc;
 use ddem_core::problem::{Sets, Vec3};
 use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{
-    CellComplex, Compass, CutCount, JointSet, MOST_CELLS, Polyhedron, RegionParts, expected_cells,
+    CellComplex, Compass, CutCount, Ground, JointSet, MOST_CELLS, Polyhedron, RegionParts,
+    expected_cells,
 };
 
 use super::fractures::{RockFracture, listed};
-use super::ground::{ground, uncovered};
+use super::ground::ground_over;
 use super::least_divisions;
 use super::region_cut::{CutShape, RegionCut};
 use super::shapes::{fractures, joint_set, network, plane, seeds, spacing, tunnel};
@@ -63,10 +64,8 @@ pub(super) fn cut(
         if !chosen.contains(&true) {
             return Err(vec![no_cell(&rock, format!("{at}.where"), &entry.r#where)]);
         }
-        let cuts = whole.cuts(entry, number as u32);
-        if let Some(fault) = uncovered(&rock, entry, &at, &cuts, &chosen) {
-            return Err(vec![fault]);
-        }
+        let ground = ground_over(&rock, entry, number as u32, whole.bounds, &chosen);
+        let cuts = whole.cuts(entry, number as u32, ground.map_err(|fault| vec![fault])?);
         let mut all = CutCount::default();
         for region_cut in &cuts {
             if let CutShape::Fractures(all) = &region_cut.shape
@@ -110,11 +109,10 @@ impl<'a> WholeRock<'a> {
         (self.bounds[0] + self.bounds[1]) / 2.0
     }
 
-    /// Planes of a cut. Regions with the same planes are cut together, so that faces which they share
-    /// are divided alike.
-    fn cuts(&self, entry: &RockCut, number: u32) -> Vec<RegionCut> {
+    /// Planes of a cut, or its ground. Regions with the same planes are cut together, so that faces
+    /// which they share are divided alike.
+    fn cuts(&self, entry: &RockCut, number: u32, ground: Option<Arc<Ground>>) -> Vec<RegionCut> {
         let mut cuts: Vec<RegionCut> = Vec::new();
-        let ground = ground(entry, number, self.bounds).map(Arc::new);
         for group in &self.groups {
             let shape = ground.clone().map(CutShape::Ground);
             let Some(shape) = shape.or_else(|| self.shape(entry, number, group)) else { continue };

@@ -8,7 +8,6 @@ use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{CellComplex, Ground, HeightField, ON_PLANE};
 
 use super::cuts;
-use super::region_cut::{CutShape, RegionCut};
 use crate::lint::{Code, Diagnostic};
 use crate::schema::{Deck, RockCut, Sheet, SurfaceFile, Triangles};
 
@@ -34,19 +33,26 @@ pub(super) fn ground(entry: &RockCut, number: u32, bounds: [Vec3; 2]) -> Option<
     Some(Ground::new(simplified, number, entry.join, distances))
 }
 
-/// Fault of a ground that has no height over some of the cells that it is to cut.
-pub(super) fn uncovered(
+/// Ground of a cut that covers all cells that it is to cut; `None` for other cuts. Triangles that cover
+/// only some of them, as those of a fault that ends in the rock, are no ground.
+///
+/// # Errors
+///
+/// A grid has no height over some of the cells.
+pub(super) fn ground_over(
     rock: &CellComplex,
     entry: &RockCut,
-    at: &str,
-    cuts: &[RegionCut],
+    number: u32,
+    bounds: [Vec3; 2],
     chosen: &[bool],
-) -> Option<Fault> {
-    let bare = cuts.iter().find_map(|region_cut| match &region_cut.shape {
-        CutShape::Ground(ground) => rock.uncovered(ground, chosen),
-        _ => None,
-    })?;
-    let path = entry.surface.as_ref().map_or("", |file| &file.path);
+) -> Result<Option<Arc<Ground>>, Fault> {
+    let Some(ground) = ground(entry, number, bounds) else { return Ok(None) };
+    let Some(bare) = rock.uncovered(&ground, chosen) else { return Ok(Some(Arc::new(ground))) };
+    let file = entry.surface.as_ref();
+    if let Some(SurfaceFile::Triangles(_)) = file.and_then(|file| file.content.as_deref()) {
+        return Ok(None);
+    }
+    let path = file.map_or("", |file| &file.path);
     let place = |x: f64| shown((1e3 * x).round() / 1e3);
     let message = format!(
         "the ground `{path}` has no height at x = {}, y = {}",
@@ -54,7 +60,8 @@ pub(super) fn uncovered(
         place(bare.y)
     );
     let help = "it must cover the regions: give a larger one, fill its gaps, or leave cells out by `where`";
-    Some(Fault::new(ErrorCode::InvalidFile, format!("{at}.surface"), message).help(help))
+    let at = format!("cut[{number}].surface");
+    Err(Fault::new(ErrorCode::InvalidFile, at, message).help(help))
 }
 
 impl Deck {

@@ -53,8 +53,8 @@ impl RegionCut {
             }
             CutShape::Fractures(fractures) => rock.cut_fractures(fractures, allowed),
             CutShape::Tunnel(tunnel) => rock.cut_tunnel(tunnel, allowed),
-            CutShape::Ground(ground) => rock.cut_ground(ground, allowed),
-            CutShape::Seeds(seeds) => rock.cut_voronoi(seeds, number, entry.join, allowed),
+            CutShape::Ground(ground) => rock.cut_ground(ground, &allowed),
+            CutShape::Seeds(seeds) => rock.cut_voronoi(seeds, number, entry.join, &allowed),
         }
     }
 }
