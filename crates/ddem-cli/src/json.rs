@@ -4,7 +4,7 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use ddem_core::ErrorCode;
-use ddem_deck::Deck;
+use ddem_deck::{BuildPhase, BuildProgress, Deck};
 use ddem_io::run::{Event, Outcome, RunFailure, Tracker};
 use ddem_io::serde_json::{Value, json};
 
@@ -78,6 +78,27 @@ pub(crate) fn end(outcome: &Result<Outcome, RunFailure>) {
         Err(failure) => facts("failed", Some(failure.code()), Some(failure.to_string())),
     };
     put("end", &facts);
+}
+
+/// Writes how far the building of a model is.
+pub(crate) fn building(progress: &BuildProgress) {
+    let (phase, cut) = match progress.phase() {
+        BuildPhase::Cut { number, cuts } => ("cut", Some([number, cuts])),
+        BuildPhase::Blocks => ("blocks", None),
+        BuildPhase::Joints => ("joints", None),
+        BuildPhase::Model => ("model", None),
+        BuildPhase::Report => ("report", None),
+        _ => ("check", None),
+    };
+    put(
+        "building",
+        &json!({
+            "phase": phase,
+            "cut": cut.map(|[number, _]| number),
+            "cuts": cut.map(|[_, cuts]| cuts),
+            "cells": progress.cells(),
+        }),
+    );
 }
 
 /// Writes a line at once. Errors are ignored, because nobody reads a closed stream.

@@ -27,7 +27,7 @@ use mimalloc::MiMalloc;
 use args::{Cli, Command, CutArguments, RunArguments};
 use json::JsonLines;
 use plot::NoPicture;
-use progress::{Screen, Watcher};
+use progress::{BuildDisplay, Screen, Watcher};
 use results::NoResults;
 use template::{NewArguments, NotWritten};
 
@@ -160,7 +160,9 @@ fn words() -> Vec<String> {
 /// Prints a report on a deck without running it.
 fn check(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     let (deck, source) = ddem_deck::read(&args.deck)?;
-    let report = run::inspect(&deck, &source)?;
+    let building = BuildDisplay::start(&Screen::new(args.quiet), false);
+    let report = run::inspect_telling(&deck, &source, &building.progress())?;
+    drop(building);
     if args.quiet {
         return Ok(CommandOutcome::Done);
     }
@@ -181,9 +183,13 @@ fn new(args: &NewArguments) -> Result<CommandOutcome, CommandFailure> {
 /// Cuts the regions of a deck.
 fn cut(args: &CutArguments) -> Result<CommandOutcome, CommandFailure> {
     let (deck, source) = ddem_deck::read(&args.deck)?;
-    let rock = deck.cut_regions().map_err(|error| DeckError::from_faults(&source, error.faults))?;
-    let folder = cells::write(&rock, (&deck, &source), &args.folder(), args.earlier())?;
     let screen = Screen::new(false);
+    let building = BuildDisplay::start(&screen, false);
+    let rock = deck
+        .cut_regions_telling(&building.progress())
+        .map_err(|error| DeckError::from_faults(&source, error.faults))?;
+    drop(building);
+    let folder = cells::write(&rock, (&deck, &source), &args.folder(), args.earlier())?;
     if let Some(kept) = folder.kept() {
         screen.line(&format!("earlier results were moved to {}", kept.display()));
     }
@@ -207,7 +213,7 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     let lines = args.json.then(|| JsonLines::new(&deck));
     let mut watcher = Watcher::new(screen.clone(), stop, lines);
     let outcome = run::run(&deck, &source, &options, &mut watcher);
-    screen.clear();
+    watcher.end();
     if args.json {
         json::end(&outcome);
     }

@@ -6,14 +6,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use ddem_core::{FastestBlock, SafetyTrial, TrialProgress, Verdict};
+use ddem_deck::BuildProgress;
 use ddem_io::run::{Event, Observer, Progress, Report, SearchProgress};
 use ddem_io::summary::StageSummary;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::json::JsonLines;
 
+mod building;
 #[cfg(test)]
 mod tests;
+
+pub(crate) use building::BuildDisplay;
 
 /// Wall-clock time between lines if there is no terminal.
 const EVERY: Duration = Duration::from_secs(5);
@@ -66,6 +70,12 @@ impl Screen {
         }
     }
 
+    /// Shows the text in the live line, without progress.
+    fn live(&self, text: String) {
+        self.bar.set_prefix(text);
+        self.bar.reset();
+    }
+
     /// Removes the live line.
     pub(crate) fn clear(&self) {
         self.bar.finish_and_clear();
@@ -87,13 +97,22 @@ pub(crate) struct Watcher {
     last: Option<StageSummary>,
     /// Writer of lines for machines, if they are wanted.
     lines: Option<JsonLines>,
+    /// Display before the first event.
+    building: Option<BuildDisplay>,
 }
 
 impl Watcher {
     /// Watcher that shows a run on `screen` and, if they are given, by lines of JSON.
     pub(crate) fn new(screen: Screen, stop: Arc<AtomicBool>, lines: Option<JsonLines>) -> Self {
         let written = Instant::now();
-        Self { screen, stop, first: None, failed: 0, written, last: None, lines }
+        let building = Some(BuildDisplay::start(&screen, lines.is_some()));
+        Self { screen, stop, first: None, failed: 0, written, last: None, lines, building }
+    }
+
+    /// Ends the display of a run that has ended.
+    pub(crate) fn end(&mut self) {
+        self.building = None;
+        self.screen.clear();
     }
 
     /// Shows the state at the end of the last completed stage.
@@ -148,6 +167,7 @@ impl Watcher {
 
 impl Observer for Watcher {
     fn event(&mut self, event: Event<'_>) {
+        self.building = None;
         if let Some(lines) = &mut self.lines {
             lines.event(&event);
         }
@@ -198,6 +218,10 @@ impl Observer for Watcher {
 
     fn stop_flag(&self) -> Arc<AtomicBool> {
         self.stop.clone()
+    }
+
+    fn build_progress(&self) -> Arc<BuildProgress> {
+        self.building.as_ref().map(BuildDisplay::progress).unwrap_or_default()
     }
 
     fn wants_to_stop(&mut self) -> bool {

@@ -1,6 +1,8 @@
 //! All cells of a model, with shared points and planes.
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::Vector3;
 
@@ -30,6 +32,8 @@ pub struct CellComplex {
     pub(crate) tolerance: f64,
     /// Largest number of cells.
     pub(crate) most: usize,
+    /// Number of cells so far, for other threads.
+    pub(crate) counter: Arc<AtomicUsize>,
     /// Number of times that rounding errors kept a cell whole.
     pub(crate) n_uncut: usize,
     /// Fractures of finite size, by the number of their plane.
@@ -105,6 +109,19 @@ impl CellComplex {
     #[must_use]
     pub fn with_most(self, most: usize) -> Self {
         Self { most: most.min(MOST_CELLS), ..self }
+    }
+
+    /// Keeps the number of cells in a counter, which other threads may read during a cut.
+    #[must_use]
+    pub fn counted_by(self, counter: Arc<AtomicUsize>) -> Self {
+        let counted = Self { counter, ..self };
+        counted.count();
+        counted
+    }
+
+    /// Stores the number of cells in the counter.
+    pub(crate) fn count(&self) {
+        self.counter.store(self.cells.len(), Ordering::Relaxed);
     }
 
     /// Number of times that a cell stayed whole because rounding errors left no two polyhedra.
@@ -274,6 +291,7 @@ impl CellComplex {
         self.tree.divide(node, [(cell, boxes[0]), (new, boxes[1])]);
         self.cells[cell as usize].faces = halves.below;
         self.cells.push(ConvexCell { faces: halves.above, region });
+        self.count();
         true
     }
 

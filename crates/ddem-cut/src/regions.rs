@@ -1,6 +1,7 @@
 //! Cells of regions before they are cut.
 
 use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -62,6 +63,7 @@ impl CellComplex {
             tree: CellTree::default(),
             tolerance: ON_PLANE * diagonal,
             most: MOST_CELLS,
+            counter: Arc::default(),
             n_uncut: 0,
             fractures: BTreeMap::new(),
         };

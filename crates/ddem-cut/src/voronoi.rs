@@ -90,6 +90,7 @@ impl CellComplex {
             }
         }
         self.tree.replace(node, boxes);
+        self.count();
     }
 }
 

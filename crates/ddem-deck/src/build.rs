@@ -7,6 +7,7 @@ mod default_friction;
 mod faces;
 mod geometry;
 mod mechanism;
+mod progress;
 mod properties;
 mod rock;
 mod selections;
@@ -21,6 +22,7 @@ use ddem_core::{Fault, Model, ModelError, Problem};
 
 use geometry::{Cut, Names, Selector};
 pub use geometry::{Interface, Selection};
+pub use progress::{BuildPhase, BuildProgress};
 pub(crate) use rock::parts as rock_parts;
 pub use rock::{BlockMode, BlockVerdict, CutRock, RockFracture, RockPlane};
 
@@ -58,21 +60,25 @@ impl BuiltDeck {
     ///
     /// All mistakes of the deck; each [`Fault`] names the key it is about.
     pub fn new(deck: &Deck) -> Result<Self, ModelError> {
-        Self::within(deck, u64::MAX)
+        Self::within(deck, u64::MAX, &BuildProgress::default())
     }
 
     /// As [`new`](Self::new), with `available` memory `[bytes]`: cuts of regions stop when their cells would need
-    /// more.
+    /// more. Other threads may read the progress.
     ///
     /// # Errors
     ///
     /// Those of [`new`](Self::new), and cuts that make too many cells.
-    pub fn within(deck: &Deck, available: u64) -> Result<Self, ModelError> {
+    pub fn within(
+        deck: &Deck,
+        available: u64,
+        progress: &BuildProgress,
+    ) -> Result<Self, ModelError> {
         let faults = crate::check(deck);
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        Self::build(&deck.with_tunnels().with_grounds(), available)
+        Self::build(&deck.with_tunnels().with_grounds(), available, progress)
             .map_err(|faults| ModelError { faults })
     }
 
@@ -94,9 +100,10 @@ impl BuiltDeck {
         &self.problem
     }
 
-    fn build(deck: &Deck, available: u64) -> Result<Self, Vec<Fault>> {
+    fn build(deck: &Deck, available: u64, progress: &BuildProgress) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
-        let Cut { stages, sets, selections, joints } = geometry::cut(deck, &names, available)?;
+        let Cut { stages, sets, selections, joints } =
+            geometry::cut(deck, &names, available, progress)?;
         let mut problem = Problem {
             properties: properties::properties(deck, joints),
             stages,

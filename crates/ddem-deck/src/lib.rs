@@ -33,7 +33,8 @@ mod reader;
 mod schema;
 
 pub use build::{
-    BlockMode, BlockVerdict, BuiltDeck, CutRock, Interface, RockFracture, RockPlane, Selection,
+    BlockMode, BlockVerdict, BuildPhase, BuildProgress, BuiltDeck, CutRock, Interface,
+    RockFracture, RockPlane, Selection,
 };
 pub use check::{check, check_cuts};
 pub use diagnose::{DeckError, Finding};

@@ -25,7 +25,7 @@ pub use drive::run;
 pub use failure::RunFailure;
 pub use open_stage::{OpenStage, StageStatus};
 pub use plan::Plan;
-pub use report::{Report, inspect};
+pub use report::{Report, inspect, inspect_telling};
 pub use session::{Session, model_name};
 pub use tracker::Tracker;
 
@@ -35,6 +35,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use ddem_core::{FastestBlock, Simd, TrialProgress};
+use ddem_deck::BuildProgress;
 use ddem_deck::lint::Diagnostic;
 
 use crate::folder::Earlier;
@@ -175,6 +176,11 @@ pub trait Observer: Send {
 
     /// Flag that ends long work before the first step when it becomes true; called at the start.
     fn stop_flag(&self) -> Arc<AtomicBool> {
+        Arc::default()
+    }
+
+    /// Progress of the work before the first event, which threads of the observer may read; called at the start.
+    fn build_progress(&self) -> Arc<BuildProgress> {
         Arc::default()
     }
 }

@@ -171,3 +171,42 @@ fn wrong_cuts_are_refused_before_anything_is_written() {
     }
     assert_eq!(desk.names(), ["column.toml", "cut.toml"]);
 }
+
+/// Deck of about 11 000 cells, which take more than 2 s.
+fn many_cells() -> String {
+    let (materials, rest) = RUN.split_once("[[region]]").unwrap();
+    let (_, fix) = rest.split_once("[[fix]]").unwrap();
+    let set = |dip: u32, direction: u32| {
+        format!(
+            "[[cut]]\nset = {{ dip = {dip}, dip_direction = {direction}, spacing = 1.3 }}\njoint = 'seam'\n"
+        )
+    };
+    let sets = [set(30, 90), set(80, 0), set(70, 250)].concat();
+    let region = "[[region]]\nbox = { from = [0, 0, 0], to = [29, 29, 29] }\nmaterial = 'rock'\n";
+    let stage = "[[stage]]\nname = 'press'\nkind = 'relax'\n";
+    format!("{materials}{region}{sets}[[fix]]{fix}{stage}")
+}
+
+/// A model that takes long shows what it does, without a terminal by lines.
+#[test]
+fn building_of_a_large_model_is_shown() {
+    use std::io::{BufRead, BufReader};
+    use std::process::Stdio;
+
+    let desk = Desk::new();
+    desk.write("many.toml", &many_cells());
+    for line in ["many.toml --check", "many.toml", "many.toml --quiet --json"] {
+        let mut command = desk.command(line);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut first = String::new();
+        if line.contains("json") {
+            BufReader::new(child.stdout.take().unwrap()).read_line(&mut first).unwrap();
+            assert!(first.starts_with("{\"event\":\"building\""), "{line}: {first}");
+        } else {
+            BufReader::new(child.stderr.take().unwrap()).read_line(&mut first).unwrap();
+            assert!(first.starts_with("building: "), "{line}: {first}");
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+}

@@ -31,6 +31,7 @@ use ddem_cut::{
     CellComplex, CellPart, CellProperties, CommonFace, ON_PLANE, PlaneSource, RegionParts,
 };
 
+use super::{BuildPhase, BuildProgress};
 use crate::schema::{Body, Deck, RockRegion, Size, SmallKind};
 
 /// Cells of the regions of a deck after all its cuts.
@@ -62,11 +63,20 @@ impl Deck {
     ///
     /// All mistakes of the regions and cuts; each [`Fault`] names the key it is about.
     pub fn cut_regions(&self) -> Result<CutRock, ModelError> {
+        self.cut_regions_telling(&BuildProgress::default())
+    }
+
+    /// As [`cut_regions`](Self::cut_regions), with the progress for other threads.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`cut_regions`](Self::cut_regions).
+    pub fn cut_regions_telling(&self, progress: &BuildProgress) -> Result<CutRock, ModelError> {
         let faults = crate::check::check_cuts(self);
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        self.with_tunnels().with_grounds().cut_checked(u64::MAX)
+        self.with_tunnels().with_grounds().cut_checked(u64::MAX, progress)
     }
 
     /// Fault of regions whose model would need more memory than the `available` `[bytes]`, before
@@ -108,14 +118,19 @@ impl Deck {
 
     /// Cuts the regions of a deck without mistakes, into no more cells than the `available` memory holds as blocks
     /// `[bytes]`; no cells without regions.
-    pub(in crate::build) fn cut_checked(&self, available: u64) -> Result<CutRock, ModelError> {
+    pub(in crate::build) fn cut_checked(
+        &self,
+        available: u64,
+        progress: &BuildProgress,
+    ) -> Result<CutRock, ModelError> {
         let shapes = self.shapes()?;
         let faults = overlaps(self, &shapes);
         if !faults.is_empty() {
             return Err(ModelError { faults });
         }
-        let (complex, fractures) =
-            cuts::cut(self, &shapes, available).map_err(|faults| ModelError { faults })?;
+        let (complex, fractures) = cuts::cut(self, &shapes, available, progress)
+            .map_err(|faults| ModelError { faults })?;
+        progress.enter(BuildPhase::Blocks);
         Ok(CutRock::new(self.clone(), complex, fractures))
     }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use ddem_core::{ErrorCode, Simulation};
 use ddem_deck::lint::{Code, Diagnostic};
-use ddem_deck::{BuiltDeck, Deck, Source, Stage, StageKind};
+use ddem_deck::{BuildPhase, BuiltDeck, Deck, Source, Stage, StageKind};
 
 use super::files::{Position, nudge};
 use super::given_steps::check_all_steps;
@@ -70,7 +70,8 @@ impl<'a> Drive<'a> {
         observer: &'a mut dyn Observer,
     ) -> Result<Self, RunFailure> {
         let begun = Instant::now();
-        let Built { site, model, samplers } = prepare(deck, source, available_memory())?;
+        let progress = observer.build_progress();
+        let Built { site, model, samplers } = prepare(deck, source, available_memory(), &progress)?;
         // Frames of a deck without dynamic stages are 1 s apart.
         let mut recorder = Recorder::new(samplers, nudge(deck, 1.0));
         let name = std::path::Path::new(source.name());
@@ -91,6 +92,7 @@ impl<'a> Drive<'a> {
             session = resuming;
         } else {
             let mut started = Simulation::with_simd(model, options.simd);
+            progress.enter(BuildPhase::Report);
             started.stop_when(observer.stop_flag());
             check_all_steps(&mut started, deck).map_err(|failure| located(failure, source))?;
             // All checks have passed; only now are files written.

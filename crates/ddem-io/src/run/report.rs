@@ -4,7 +4,10 @@ use std::fmt;
 
 use ddem_core::{ChargeSize, ErrorCode, Fault, Model, ModelError, Simulation};
 use ddem_deck::lint::Diagnostic;
-use ddem_deck::{BuiltDeck, Deck, DeckError, Interface, Selection, Size, Source, Stage, StageKind};
+use ddem_deck::{
+    BuildPhase, BuildProgress, BuiltDeck, Deck, DeckError, Interface, Selection, Size, Source,
+    Stage, StageKind,
+};
 
 use super::RunFailure;
 use super::given_steps::{check_all_steps, unsafe_steps};
@@ -123,7 +126,20 @@ impl fmt::Display for Report {
 ///
 /// The deck has mistakes, or its model does not fit in memory.
 pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
-    let Built { site, model, samplers } = prepare(deck, source, available_memory())?;
+    inspect_telling(deck, source, &BuildProgress::default())
+}
+
+/// As [`inspect`], with the progress for other threads.
+///
+/// # Errors
+///
+/// Those of [`inspect`].
+pub fn inspect_telling(
+    deck: &Deck,
+    source: &Source,
+    progress: &BuildProgress,
+) -> Result<Report, RunFailure> {
+    let Built { site, model, samplers } = prepare(deck, source, available_memory(), progress)?;
     let mut simulation = Simulation::new(model);
     check_all_steps(&mut simulation, deck).map_err(|failure| located(failure, source))?;
     let mut report = report(&site, &mut simulation, &samplers);
@@ -134,14 +150,19 @@ pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
 }
 
 /// Model of a deck that will be run, with its probes; every fault is located in the deck.
-pub(super) fn prepare(deck: &Deck, source: &Source, available: u64) -> Result<Built, RunFailure> {
+pub(super) fn prepare(
+    deck: &Deck,
+    source: &Source,
+    available: u64,
+    progress: &BuildProgress,
+) -> Result<Built, RunFailure> {
     // Mistakes in existing tables are reported first.
     if deck.stage.is_empty() && ddem_deck::check(deck).is_empty() {
         let fault = Fault::new(ErrorCode::EmptyModel, "stage", "the model has no stage")
             .help("add a `[[stage]]` with `kind = \"relax\"` or `kind = \"dynamic\"`");
         return Err(located(ModelError::from(fault).into(), source));
     }
-    let built = build(deck, available).and_then(|built| {
+    let built = build(deck, available, progress).and_then(|built| {
         let safety = deck.stage.iter().position(|stage| stage.kind == StageKind::Safety);
         match safety.and_then(|at| built.model.without_strength(&format!("stage[{at}].kind"))) {
             Some(fault) => Err(ModelError::from(fault).into()),
@@ -192,7 +213,11 @@ pub(super) struct Built {
 }
 
 /// The model of a deck and its probes.
-pub(super) fn build(deck: &Deck, available: u64) -> Result<Built, RunFailure> {
+pub(super) fn build(
+    deck: &Deck,
+    available: u64,
+    progress: &BuildProgress,
+) -> Result<Built, RunFailure> {
     let faults = ddem_deck::check(deck);
     if !faults.is_empty() {
         return Err(ModelError { faults }.into());
@@ -202,7 +227,8 @@ pub(super) fn build(deck: &Deck, available: u64) -> Result<Built, RunFailure> {
     if let Some(fault) = deck.beyond_memory(available)? {
         return Err(ModelError::from(fault).into());
     }
-    let site = BuiltDeck::within(deck, available)?;
+    let site = BuiltDeck::within(deck, available, progress)?;
+    progress.enter(BuildPhase::Model);
     let model = site.model();
     refuse(grown(size, &model), available)?;
     let probes = deck.probe.iter().enumerate();

@@ -7,7 +7,7 @@ use std::time::SystemTime;
 
 use ddem_core::{Fault, ModelError, Safety, SafetySearch, Simd, Simulation};
 use ddem_deck::lint::{Diagnostic, loose_tolerance};
-use ddem_deck::{BuiltDeck, Deck};
+use ddem_deck::{BuildProgress, BuiltDeck, Deck};
 
 use super::RunFailure;
 use super::files::{Position, nudge};
@@ -71,7 +71,8 @@ impl Session {
         simd: Simd,
         change: impl FnOnce(&mut ddem_core::Model) -> Result<(), Fault>,
     ) -> Result<Self, RunFailure> {
-        let Built { site, mut model, samplers } = build(deck, available_memory())?;
+        let Built { site, mut model, samplers } =
+            build(deck, available_memory(), &BuildProgress::default())?;
         change(&mut model).map_err(ModelError::from)?;
         let text = ddem_deck::write(deck)?;
         let recorder = Recorder::new(samplers, nudge(deck, STILL));
@@ -217,7 +218,8 @@ impl Session {
                 "another model wrote it: load it with that model, or without one",
             ));
         }
-        let Built { site, mut model, samplers } = build(&saved, available_memory())?;
+        let Built { site, mut model, samplers } =
+            build(&saved, available_memory(), &BuildProgress::default())?;
         change(&mut model).map_err(ModelError::from)?;
         let recorder = Recorder::new(samplers, nudge(&saved, STILL));
         let simulation = resumed.simulation(model, simd)?;

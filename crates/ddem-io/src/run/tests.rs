@@ -1,7 +1,7 @@
 //! Tests of the warnings of a run, from numbers that a run may give.
 
 use ddem_core::{Energy, Profile, RunError, Safety, SafetySearch, SafetyTrial, Verdict};
-use ddem_deck::{Deck, Stage, StageKind};
+use ddem_deck::{BuildProgress, Deck, Stage, StageKind};
 
 use super::RunFailure;
 use super::mesh::{OutputMesh, blocks, joints};
@@ -107,7 +107,7 @@ fn fracture_networks_stop_at_the_memory() {
         ";
     let rock = CUBE.split("[[blocks]]").next().unwrap_or_default();
     let (deck, _) = ddem_deck::parse_alone(&format!("{rock}{network}"), "rock.toml").unwrap();
-    let refused = build(&deck, 100_000_000).err().unwrap();
+    let refused = build(&deck, 100_000_000, &BuildProgress::default()).err().unwrap();
     insta::assert_snapshot!(refused.to_string());
 }
 
@@ -130,7 +130,8 @@ fn regions_beyond_the_memory_are_refused_before_they_are_cut() {
     };
     let message = |spacing: f64, available: u64| {
         let (deck, _) = ddem_deck::parse_alone(&text(spacing), "rock.toml").unwrap();
-        build(&deck, available).map_or_else(|failure| failure.to_string(), |_| String::new())
+        build(&deck, available, &BuildProgress::default())
+            .map_or_else(|failure| failure.to_string(), |_| String::new())
     };
     // 1331 cells with 8 parts of 8 nodes, one element and 6 pairs each: 2500 + 8 ⋅ 700 + 900 + 6 ⋅ 1200 B
     // each, 172.5 MB.
@@ -163,7 +164,9 @@ fn fields_of_regions_name_cells_and_cuts() {
         ";
     let text = format!("{}{rock}", CUBE.replace("size = [1, 1, 1]", ""));
     let (deck, _) = ddem_deck::parse_alone(&text, "rock.toml").unwrap();
-    let model = build(&deck, u64::MAX).unwrap_or_else(|failure| panic!("{failure}")).model;
+    let model = build(&deck, u64::MAX, &BuildProgress::default())
+        .unwrap_or_else(|failure| panic!("{failure}"))
+        .model;
     let values = |mesh: &OutputMesh, wanted: &str| {
         let field = mesh.constants().into_iter().find(|field| field.name == wanted).unwrap();
         let mut values = field.values.to_vec();

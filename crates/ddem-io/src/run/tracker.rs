@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use ddem_deck::{Deck, Stage};
+use ddem_deck::{BuildProgress, Deck, Stage};
 
 use super::{Event, Observer, Progress, RunFailure, SearchProgress};
 use crate::folder::STATUS;
@@ -217,5 +217,9 @@ impl Observer for StatusWriter<'_> {
 
     fn stop_flag(&self) -> Arc<AtomicBool> {
         self.observer.stop_flag()
+    }
+
+    fn build_progress(&self) -> Arc<BuildProgress> {
+        self.observer.build_progress()
     }
 }

@@ -36,7 +36,7 @@ use std::collections::HashSet;
 use std::sync::Arc;
 
 use super::rock::{AssignedRock, RockBlocks};
-use super::sound;
+use super::{BuildPhase, BuildProgress, sound};
 use crate::schema::{Assign, Deck, Remove};
 use ddem_core::problem::{
     BlockFace, FaceId, Geometry, JointProperties, Lattice, Set, Sets, Stages,
@@ -55,8 +55,13 @@ pub(in crate::build) struct Cut {
 
 /// Cuts regions and sets, applies `assign` and `remove`, numbers blocks and nodes. Blocks of regions may need as much
 /// memory as is `available` `[bytes]`.
-pub(in crate::build) fn cut(deck: &Deck, names: &Names, available: u64) -> Result<Cut, Vec<Fault>> {
-    let rock = deck.cut_checked(available).map_err(|error| error.faults)?;
+pub(in crate::build) fn cut(
+    deck: &Deck,
+    names: &Names,
+    available: u64,
+    progress: &BuildProgress,
+) -> Result<Cut, Vec<Fault>> {
+    let rock = deck.cut_checked(available, progress).map_err(|error| error.faults)?;
     sound(rock.thick_joints())?;
     let Refined { mut lattices, sets, mut selections, mut faults } =
         refined(deck, names, rock.sets())?;
@@ -86,6 +91,7 @@ pub(in crate::build) fn cut(deck: &Deck, names: &Names, available: u64) -> Resul
     if geometry.blocks.is_empty() {
         return Err(vec![Fault::new(ErrorCode::EmptyModel, "remove", "all blocks are removed")]);
     }
+    progress.enter(BuildPhase::Joints);
     geometry.ties = Arc::new(cells.ties(&geometry));
     let rock = joined(&mut geometry, (&sets, touching), &cells, unused)?;
     let joints = cells.stiff_joints(&geometry.nonconforming_joints);

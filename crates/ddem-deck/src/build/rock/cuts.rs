@@ -16,6 +16,7 @@ use super::region_cut::{CutShape, RegionCut};
 use super::shapes::{fractures, joint_set, network, plane, seeds, spacing, tunnel};
 use super::too_many::{stopped, too_many_fault};
 use crate::build::geometry::{Selector, coordinates};
+use crate::build::{BuildPhase, BuildProgress};
 use crate::schema::{Deck, RockCut, SetCut, Size, Where};
 
 /// Largest number of planes from the origin of a set to the end of the rock: more take long.
@@ -48,6 +49,7 @@ pub(super) fn cut(
     deck: &Deck,
     shapes: &[RegionParts],
     available: u64,
+    progress: &BuildProgress,
 ) -> Result<(CellComplex, Vec<RockFracture>), Vec<Fault>> {
     let whole = WholeRock::new(deck, shapes);
     for count in [far_origin, too_many_discs, too_many, too_close] {
@@ -57,9 +59,10 @@ pub(super) fn cut(
     }
     let most = available as f64 / Size::of_cells(1.0, least_divisions(deck)).bytes;
     let rock = CellComplex::of_regions(shapes).with_most(most as usize);
-    let (mut rock, mut fractures) = (rock, Vec::new());
+    let (mut rock, mut fractures) = (rock.counted_by(progress.counter()), Vec::new());
     for (number, entry) in deck.cut.iter().enumerate() {
         let at = format!("cut[{number}]");
+        progress.enter(BuildPhase::Cut { number, cuts: deck.cut.len() });
         let chosen = chosen(&rock, &entry.r#where, whole.bounds);
         if !chosen.contains(&true) {
             return Err(vec![no_cell(&rock, format!("{at}.where"), &entry.r#where)]);
