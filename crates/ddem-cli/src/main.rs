@@ -236,7 +236,9 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
         Err(failure) => {
             if failure.exit_status() == 1 {
                 watcher.result();
-                screen.line(&format!("the results up to here are in {folder}"));
+                if options.out.exists() {
+                    screen.line(&format!("the results up to here are in {folder}"));
+                }
             }
             Err(failure.into())
         }

@@ -4,11 +4,14 @@
 //! the results of another, and a resumed run from continuing with a changed deck. A new run moves
 //! earlier results to a folder beside it.
 
+mod in_place;
 mod marker;
 
 use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
+pub(crate) use self::in_place::check_in_place;
+use self::in_place::try_writing;
 use self::marker::{Marker, create_marker, find_marker, write_marker};
 use crate::output_error::OutputError;
 use crate::replace::temporary;
@@ -161,7 +164,7 @@ pub fn prepare(
     let found = find_marker(&path)?;
     check(&path, found.as_ref().and_then(|(_, marker)| marker.as_ref()), &wanted, earlier)?;
     fs::create_dir_all(&path).map_err(|e| not_writable(&path, "creating", e))?;
-    try_writing(&path)?;
+    try_writing(&path).map_err(|e| not_writable(&path, "writing to", e))?;
     let kept = match (earlier, &found) {
         (Earlier::Keep, Some((_, Some(marker)))) => keep(&path, marker)?,
         _ => None,
@@ -279,6 +282,15 @@ fn foreign(folder: &Path, file: &str) -> FolderError {
     FolderError::ForeignFile { folder: folder.to_owned(), file: file.to_owned() }
 }
 
+/// Name of an entry of a folder that results, or the next version of one, would replace.
+fn found_result(folder: &Path) -> Option<String> {
+    let names = RESULTS.iter().map(|name| folder.join(name));
+    let mut paths = names.flat_map(|path| [temporary(&path), path]);
+    // A link that leads nowhere is one, too.
+    let found = paths.find(|path| path.symlink_metadata().is_ok())?;
+    found.file_name().map(|name| name.to_string_lossy().into_owned())
+}
+
 fn check(
     folder: &Path,
     found: Option<&Marker>,
@@ -288,8 +300,8 @@ fn check(
     let folder_path = || folder.to_owned();
     let resume = matches!(earlier, Earlier::Resume | Earlier::Reopen);
     let Some(found) = found else {
-        return match RESULTS.iter().find(|name| folder.join(name).exists()) {
-            Some(name) => Err(foreign(folder, name)),
+        return match found_result(folder) {
+            Some(name) => Err(foreign(folder, &name)),
             None if earlier == Earlier::Reopen => {
                 Err(FolderError::NothingToResume { folder: folder_path() })
             }
@@ -349,18 +361,6 @@ fn keep(folder: &Path, marker: &Marker) -> Result<Option<PathBuf>, FolderError> 
     let near = folder.with_file_name(format!("{name}.{number}"));
     let leads_there = near.canonicalize().is_ok_and(|near| near == kept);
     Ok(Some(if leads_there { near } else { kept }))
-}
-
-/// Checks that the folder can be written to by writing a file; permissions do not show it. A run that is killed here
-/// leaves the file, which the next run removes.
-fn try_writing(folder: &Path) -> Result<(), FolderError> {
-    let path = folder.join(".ddem.part");
-    let written = File::create(&path).and_then(|_| match fs::remove_file(&path) {
-        // Another run that begins at the same time has removed it.
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(()),
-        removed => removed,
-    });
-    written.map_err(|e| not_writable(folder, "writing to", e))
 }
 
 fn remove_results(folder: &Path) -> Result<(), FolderError> {

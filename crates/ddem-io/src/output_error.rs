@@ -195,11 +195,17 @@ const WRITING: [&str; 4] = ["writing", "saving", "replacing", "copying"];
 fn advice(operation: &str, error: &impl Display) -> &'static str {
     if error.to_string().contains("File too large") {
         ": raise the limit on the size of files (`ulimit -f`)"
+    } else if WRITING.contains(&operation) && is_protected(&error.to_string()) {
+        ": leave the file and its folder writable during a run"
     } else if operation == "reopening" {
         ": restore the file, or run from the start"
     } else {
         ""
     }
+}
+
+fn is_protected(error: &str) -> bool {
+    ["Permission denied", "Read-only file system"].iter().any(|words| error.contains(words))
 }
 
 /// Every message of an HDF5 error, from the outermost to the system call that failed.

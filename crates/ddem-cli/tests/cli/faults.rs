@@ -163,6 +163,27 @@ fn removed_folder_ends_the_run_with_a_message() {
     assert!(message.trim_end().ends_with(advice), "{message}");
 }
 
+/// A run that writes nothing for long notices soon that its folder has another name. The results are all there.
+#[test]
+fn renamed_folder_ends_the_run_soon() {
+    let desk = Desk::with(&[&LONG_SHAKE.replace("duration = 4.0", "duration = 4000.0")]);
+    let line = "column.toml --out a --checkpoint-every 3600";
+    let mut child = desk.command(line).stderr(Stdio::piped()).spawn().unwrap();
+    wait_for(&desk, "a/status.json", &mut child);
+    while std::fs::rename(desk.path("a"), desk.path("b")).is_err() {}
+    let renamed = Instant::now();
+    let (status, message) = end(child);
+    assert!(renamed.elapsed() < Duration::from_secs(20), "{:?}", renamed.elapsed());
+    assert_eq!(status, Some(1), "{message}");
+    let last = message.lines().last().unwrap();
+    let advice = ": the file or its folder is not there: make the folder, and leave both in their place during a run \
+                  [file-access]";
+    assert!(last.starts_with("error: writing a/") && last.ends_with(advice), "{message}");
+    assert!(!message.contains("the results up to here"), "{message}");
+    assert_eq!(desk.names(), ["b", "column.toml"]);
+    check(&desk.path("b"));
+}
+
 /// One of four runs that start at once gets the folder; the others change nothing in it.
 #[test]
 #[cfg(unix)]

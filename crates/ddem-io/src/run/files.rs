@@ -1,6 +1,7 @@
 //! The files that grow during a run.
 
 use std::ops::Range;
+use std::path::Path;
 
 use ddem_core::{
     CONTACT_FIELDS, Energy, Field, FieldKind, FieldLocation, Fragment, Model, Simulation,
@@ -10,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::mesh::{self, OutputMesh};
 use crate::OutputError;
-use crate::folder::Folder;
+use crate::folder::{self, Folder};
 use crate::tables::Table;
 use crate::vtkhdf::{FieldSpec, NumberType, PointOwner, Writer};
 
@@ -150,6 +151,15 @@ impl Files {
             self.fragments.row(stage, step, time, &values)?;
         }
         Ok(())
+    }
+
+    /// Checks that all files are still in their place.
+    pub(super) fn check_in_place(&self) -> Result<(), OutputError> {
+        let writers = [Some(&self.blocks), self.joints.as_ref(), self.contacts.as_ref()];
+        let tables = [&self.probes, &self.energy, &self.fragments, &self.frames];
+        let files = writers.into_iter().flatten().map(Writer::path);
+        let folder = self.blocks.path().parent().unwrap_or(Path::new("."));
+        folder::check_in_place(folder, files.chain(tables.map(Table::path)))
     }
 
     /// Writes everything so far safely to the disk and returns the position in the files.

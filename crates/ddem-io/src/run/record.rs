@@ -1,6 +1,7 @@
 //! Schedule and writing of records during a run.
 
 use std::ops::RangeInclusive;
+use std::time::{Duration, Instant};
 
 use ddem_core::{Model, Simulation};
 use ddem_deck::Probe;
@@ -16,6 +17,9 @@ use crate::folder::Folder;
 const ENERGY_ROWS: u64 = 200;
 const FEWEST_ENERGY_STEPS: u64 = 10;
 const ENERGY_STEPS: u64 = 100;
+
+/// Wall time between two looks at the files.
+const SEEN_EVERY: Duration = Duration::from_secs(5);
 
 /// Steps of one stage at which records are due; in a dynamic stage, steps of the initial length.
 #[derive(Clone, Debug)]
@@ -107,6 +111,8 @@ pub(super) struct Recorder {
     nudge: f64,
     /// Step and time of the last reported samples.
     last_event: Option<(u64, f64)>,
+    /// Wall time at which the files were last seen in their place.
+    seen: Instant,
 }
 
 /// Callback for samples.
@@ -114,7 +120,7 @@ pub(super) type Tell<'a> = dyn FnMut(Event<'_>) + 'a;
 
 impl Recorder {
     pub(super) fn new(samplers: Vec<Sampler>, nudge: f64) -> Self {
-        Self { samplers, files: None, nudge, last_event: None }
+        Self { samplers, files: None, nudge, last_event: None, seen: Instant::now() }
     }
 
     /// Creates new files.
@@ -137,6 +143,15 @@ impl Recorder {
     /// Closes the files; nothing more is written.
     pub(super) fn close(&mut self) {
         self.files = None;
+    }
+
+    /// Checks at intervals that the files are still in their place, long before the next output.
+    pub(super) fn check_in_place(&mut self) -> Result<(), OutputError> {
+        if self.seen.elapsed() < SEEN_EVERY {
+            return Ok(());
+        }
+        self.seen = Instant::now();
+        self.files.as_ref().map_or(Ok(()), Files::check_in_place)
     }
 
     fn columns(&self) -> Vec<&str> {

@@ -14,6 +14,7 @@ use ddem_deck::lint::{Code, Diagnostic};
 use super::drive::write_checkpoint;
 use super::moved::MovedBy;
 use super::plan::trials;
+use super::record::Recorder;
 use super::resume::Cursor;
 use super::stage::{PROGRESS, failed};
 use super::warnings::stage_place;
@@ -92,6 +93,7 @@ fn find(
         nodes: simulation.model().n_nodes(),
         seconds_before: cursor.seconds,
         cursor,
+        recorder,
         start,
         told: start,
         failure: None,
@@ -121,6 +123,7 @@ fn find(
 struct Searching<'a> {
     observer: &'a mut dyn Observer,
     cursor: &'a mut Cursor,
+    recorder: &'a mut Recorder,
     progress: Progress,
     /// Number of nodes of the model.
     nodes: usize,
@@ -130,7 +133,7 @@ struct Searching<'a> {
     /// Wall times at which it began or was resumed, and of the last progress.
     start: Instant,
     told: Instant,
-    /// Failure of a checkpoint, which ends the search.
+    /// Failure of a checkpoint or lost files, which end the search.
     failure: Option<OutputError>,
 }
 
@@ -143,6 +146,9 @@ impl Searching<'_> {
         search.running.sort_by_key(|trial| trial.trial);
         if self.told.elapsed() >= PROGRESS {
             self.tell();
+            if let Err(failure) = self.recorder.check_in_place() {
+                self.failure.get_or_insert(failure);
+            }
         }
         if self.failure.is_some() { Break(()) } else { Continue(()) }
     }

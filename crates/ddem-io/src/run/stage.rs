@@ -151,6 +151,7 @@ impl<'a> Running<'a> {
                 self.find_fastest(now);
                 let progress = self.progress();
                 self.observer.event(Event::Progress(&progress));
+                self.moved.recorder.check_in_place()?;
             }
             if self.counters.ended {
                 return Ok(Halt::End);
