@@ -323,6 +323,34 @@ fn foreign_folders_are_not_changed() {
     assert_eq!(contents(&out).len(), 1);
 }
 
+/// Files of others stay as they are: beside the results, or the folder is refused.
+#[test]
+fn files_of_others_are_never_replaced() {
+    let root = tempdir().unwrap();
+    let out = root.path().join("documents");
+    fs::create_dir(&out).unwrap();
+    for name in ["letter.txt", "plot.png", "deck.toml"] {
+        fs::write(out.join(name), "precious").unwrap();
+    }
+    for name in ["blocks.vtkhdf", "summary.json.part", "checkpoint-previous.h5"] {
+        fs::write(out.join(name), "precious").unwrap();
+        let before = contents(&out);
+        for earlier in [Earlier::Keep, Earlier::Overwrite, Earlier::Resume, Earlier::Reopen] {
+            let error = prepare(&out, "beam.toml", "Beam", "a = 1", earlier).unwrap_err();
+            assert!(error.to_string().contains(name), "{error}");
+        }
+        assert_eq!(contents(&out), before);
+        fs::remove_file(out.join(name)).unwrap();
+    }
+    for earlier in [Earlier::Keep, Earlier::Keep, Earlier::Overwrite, Earlier::Resume] {
+        let folder = prepare(&out, "beam.toml", "Beam", "a = 1", earlier).unwrap();
+        fs::write(folder.summary(), "{}").unwrap();
+        for name in ["letter.txt", "plot.png", "deck.toml"] {
+            assert_eq!(fs::read_to_string(out.join(name)).unwrap(), "precious", "{name}");
+        }
+    }
+}
+
 #[test]
 fn new_run_keeps_earlier_results() {
     let root = tempdir().unwrap();
