@@ -10,6 +10,7 @@
 
 mod create;
 mod data;
+mod index;
 mod results;
 mod writer;
 

@@ -1,8 +1,12 @@
 //! Checkpoints and results with changed or missing bytes.
 
+use std::collections::BTreeSet;
 use std::fs;
+use std::path::Path;
 
+use ddem_io::OutputError;
 use ddem_io::checkpoint::{self, Checkpoint};
+use ddem_io::vtkhdf::{Cells, FieldSpec, Grid, PointOwner, Results, Writer};
 use tempfile::tempdir;
 
 /// Flips one bit in every fifth byte in turn, and cuts the file in as many places.
@@ -28,7 +32,6 @@ fn every_damage_of_a_checkpoint_is_noticed() {
 /// Any HDF5 program notices a flipped bit in the numbers of a field when it reads them.
 #[test]
 fn damaged_numbers_of_a_field_are_noticed() {
-    use ddem_io::vtkhdf::{Cells, FieldSpec, Grid, Writer};
     let folder = tempdir().unwrap();
     let path = folder.path().join("blocks.vtkhdf");
     let grid = Grid { points: vec![[0.0; 3]; 8], cells: Cells::Vertices(8) };
@@ -53,4 +56,83 @@ fn damaged_numbers_of_a_field_are_noticed() {
     bytes[at] ^= 1;
     fs::write(&path, bytes).unwrap();
     assert!(read().is_err());
+}
+
+fn fields() -> [FieldSpec; 2] {
+    [FieldSpec::point("displacement", 3), FieldSpec::cell("stress", 6)]
+}
+
+/// File with a cube and two steps.
+fn cube(path: &Path) {
+    let points = (0..8_u32).map(|i| [f64::from(i), 0.5, -1.0]).collect();
+    let grid = Grid { points, cells: Cells::Hexahedra(vec![[0, 1, 2, 3, 4, 5, 6, 7]]) };
+    let mut writer = Writer::create(path, &grid, &[], &fields()).unwrap();
+    for step in 1..3_u32 {
+        writer.append(f64::from(step), None, &|_, _, out| out.fill(f64::from(step))).unwrap();
+    }
+}
+
+/// Reads all numbers of such a file.
+fn numbers(path: &Path) -> Result<Vec<f64>, OutputError> {
+    let results = Results::open(path)?;
+    let mut all = results.times()?;
+    for step in 0..2 {
+        all.extend(results.points(step)?.into_iter().flatten());
+        for field in fields() {
+            all.extend(results.field(&field.name, step)?.values);
+        }
+    }
+    Ok(all)
+}
+
+/// Names of the arrays of a file, and the places of their chunks.
+fn chunks(path: &Path) -> Vec<(String, u64)> {
+    fn below(group: &hdf5::Group, all: &mut Vec<(String, u64)>) {
+        for dataset in group.datasets().unwrap() {
+            let places =
+                (0..dataset.num_chunks().unwrap()).map(|at| dataset.chunk_info(at).unwrap().addr);
+            all.extend(places.map(|place| (dataset.name(), place)));
+        }
+        group.groups().unwrap().iter().for_each(|group| below(group, all));
+    }
+    let mut all = Vec::new();
+    below(&hdf5::File::open(path).unwrap().group("VTKHDF").unwrap(), &mut all);
+    all
+}
+
+/// Readers notice a flipped bit in any number that they need, and a run that resumes one in the index of the steps.
+#[test]
+fn damaged_index_is_noticed() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("blocks.vtkhdf");
+    cube(&path);
+    let (sound, whole, chunks) = (numbers(&path).unwrap(), fs::read(&path).unwrap(), chunks(&path));
+    assert_eq!(chunks.len(), 4 + 3 + 2 * 8 + 2 * 2);
+    let mut found = BTreeSet::new();
+    let mut tell = |error: OutputError| {
+        let folder = format!("{}/", folder.path().display());
+        found.insert(error.to_string().replace(&folder, ""));
+    };
+    for (name, place) in chunks {
+        let mut flipped = whole.clone();
+        flipped[place as usize] ^= 1;
+        fs::write(&path, &flipped).unwrap();
+        match numbers(&path) {
+            Err(error) => tell(error),
+            Ok(all) => assert_eq!(all, sound, "{name}"),
+        }
+        let is_index = name.contains("/Steps/") || name.contains("/NumberOf");
+        match Writer::reopen(&path, PointOwner::Mesh, &fields(), 2) {
+            Err(error) if is_index => tell(error),
+            reopened => assert!(reopened.is_ok() && !is_index, "{name}"),
+        }
+    }
+    fs::write(&path, &whole).unwrap();
+    let file = hdf5::File::open_rw(&path).unwrap();
+    let steps = file.group("VTKHDF/Steps").unwrap().attr("NSteps").unwrap();
+    steps.write_scalar(&6_i64).unwrap();
+    drop(steps);
+    file.close().unwrap();
+    tell(numbers(&path).unwrap_err());
+    insta::assert_snapshot!(found.into_iter().collect::<Vec<_>>().join("\n"));
 }

@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import ddem
+import h5py
 import pytest
 from sample_models import column, cube, refused
 
@@ -122,3 +123,28 @@ def test_missing_path_suggests_similar_path(
         ddem.Results("results/pile")[1.0]  # type: ignore[call-overload]
     with pytest.raises(TypeError, match="give the folder that `record=` of `run`"):
         ddem.animate(simulation)  # type: ignore[arg-type]
+
+
+def test_damaged_numbers_of_results_are_noticed(tmp_path: Path) -> None:
+    """A flipped bit in any array of a file, those of the index of the frames among them."""
+    column().build().run(1e-3, record=tmp_path, frames=2, quiet=True)
+    file = tmp_path / "blocks.vtkhdf"
+    places = []
+
+    def note(_: str, array: object) -> None:
+        if isinstance(array, h5py.Dataset):
+            chunks = range(array.id.get_num_chunks())
+            places.extend(array.id.get_chunk_info(chunk).byte_offset for chunk in chunks)
+
+    with h5py.File(file) as opened:
+        opened.visititems(note)
+    whole = file.read_bytes()
+    for place in places:
+        flipped = bytearray(whole)
+        flipped[place] ^= 1
+        file.write_bytes(flipped)
+        with pytest.raises(OSError, match="is damaged: restore it"):
+            results = ddem.Results(tmp_path)
+            for frame in range(len(results)):
+                results[frame]["displacement"]
+    assert len(places) > 20

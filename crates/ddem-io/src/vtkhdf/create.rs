@@ -5,9 +5,8 @@ use hdf5::{File, Group, Result};
 use super::data::{Constant, FieldSpec, Grid, Location, NumberType};
 use crate::hdf::{Storage, growable, origin, put, scalar_attribute, word_attribute, write};
 
-/// Storage of scalars per step: small chunks without compression, so that rewriting the last one
-/// never moves it.
-const INDEX: Storage = Storage { chunk: 128, deflate: None, checksum: false };
+/// Storage of scalars per step: each is a chunk of its own, which is never written again.
+const INDEX: Storage = Storage { chunk: 1, deflate: None, checksum: true };
 
 /// Deflate level. The fields that are compressed mostly repeat one value, for which the lowest level
 /// is enough.
@@ -42,28 +41,29 @@ pub(super) fn create(
     let root = file.create_group("VTKHDF")?;
     root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 2])?;
     word_attribute(&root, "Type", b"UnstructuredGrid")?;
-    let storage = |rows: usize| mesh.map_or(CLOUD, |_| storage(rows));
+    // What is written once has a checksum in any case.
+    let once = |rows: usize| mesh.map_or(CLOUD, |_| Storage { checksum: true, ..storage(rows) });
     let (points, cells, corners) = mesh
         .map_or((0, 0, 0), |(grid, _)| (grid.points.len(), grid.cells.len(), grid.cells.shape().0));
     for name in COUNTS {
         growable::<i64>(&root, name, None, INDEX)?;
     }
-    growable::<f64>(&root, "Points", Some(3), storage(points))?;
-    growable::<i64>(&root, "Connectivity", None, storage(corners * cells))?;
-    growable::<i64>(&root, "Offsets", None, storage(cells + 1))?;
-    growable::<u8>(&root, "Types", None, storage(cells))?;
+    growable::<f64>(&root, "Points", Some(3), once(points))?;
+    growable::<i64>(&root, "Connectivity", None, once(corners * cells))?;
+    growable::<i64>(&root, "Offsets", None, once(cells + 1))?;
+    growable::<u8>(&root, "Types", None, once(cells))?;
     let steps = begin(&root)?;
     if let Some((grid, constants)) = mesh {
         put_mesh(&root, grid, 0, 0)?;
         for Constant { name, location, values } in constants {
             let group = root.group(location.group())?;
-            growable::<i32>(&group, name, None, storage(values.len()))?;
+            growable::<i32>(&group, name, None, once(values.len()))?;
             write(&group, name, 0..values.len(), |at, out| out.copy_from_slice(&values[at]))?;
         }
     }
     for field in fields {
         let rows = mesh.map_or(0, |(grid, _)| grid.rows(field.location));
-        changing((&root, &steps), field, storage(rows))?;
+        changing((&root, &steps), field, mesh.map_or(CLOUD, |_| storage(rows)))?;
     }
     Ok(())
 }

@@ -6,6 +6,7 @@ use ddem_core::counted;
 use hdf5::{Dataset, Group, OpenMode};
 
 use super::data::Location;
+use super::index;
 use crate::hdf::with_file;
 use crate::output_error::OutputError;
 
@@ -115,16 +116,26 @@ impl Results {
     fn read<T>(&self, work: impl FnOnce(&Group) -> hdf5::Result<T>) -> Result<T, OutputError> {
         with_file(&self.path, OpenMode::Read, "reading", |file| {
             let root = file.group("VTKHDF");
-            root.and_then(|root| work(&root))
-                .map_err(|e| OutputError::unusable(&self.path, e.to_string()))
+            root.and_then(|root| work(&root)).map_err(|error| {
+                let message = match error {
+                    hdf5::Error::Internal(message) => message,
+                    error => format!(
+                        "the file is damaged, or has no results ({error}): restore it, or run the deck again"
+                    ),
+                };
+                OutputError::unusable(&self.path, message)
+            })
         })
     }
 }
 
-/// Number of valid steps.
 fn steps(root: &Group) -> hdf5::Result<usize> {
-    let steps = root.group("Steps")?.attr("NSteps")?.read_scalar::<i64>()?;
-    usize::try_from(steps).map_err(|e| format!("NSteps: {e}").into())
+    index::steps(root).map_err(|error| match error {
+        hdf5::Error::Internal(message) => {
+            format!("the file is damaged ({message}): restore it, or run the deck again").into()
+        }
+        error => error,
+    })
 }
 
 /// Number of points or cells at a step; the mesh may be the same at all steps or differ at each.

@@ -8,6 +8,7 @@ use hdf5::{File, Group, OpenMode};
 
 use super::create::{self, CLOUD, COUNTS, STEP_CONSTANTS, put_mesh};
 use super::data::{self, Cells, Constant, FieldSpec, Grid, Location, NumberType};
+use super::index;
 use crate::hdf::{cut, mend_length, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
@@ -290,12 +291,12 @@ fn reopen(
 ) -> Result<MeshRows, OutputError> {
     let unusable = |e: hdf5::Error| {
         let message = format!(
-            "the file is not a VTKHDF file with time steps ({e}): restore it, or run from the start"
+            "the file is damaged, or no VTKHDF file with time steps ({e}): restore it, or run from the start"
         );
         OutputError::unusable(path, message)
     };
     let root = file.group("VTKHDF").map_err(unusable)?;
-    let have = steps_of(&root).map_err(unusable)?;
+    let have = index::steps(&root).map_err(unusable)?;
     if have < steps {
         let message = format!(
             "the file has {}, but the run to resume had written {steps}: restore it, or run from the start",
@@ -303,6 +304,7 @@ fn reopen(
         );
         return Err(OutputError::unusable(path, message));
     }
+    index::verify(&root, steps).map_err(unusable)?;
     let mesh = mesh(&root, points, steps).map_err(unusable)?;
     for field in fields {
         if !matches(&root, field).map_err(|e| OutputError::hdf5(path, "reopening", e))? {
@@ -318,15 +320,10 @@ fn reopen(
     Ok(mesh)
 }
 
-fn steps_of(root: &Group) -> hdf5::Result<usize> {
-    let steps = root.group("Steps")?.attr("NSteps")?.read_scalar::<i64>()?;
-    usize::try_from(steps).map_err(|e| format!("NSteps: {e}").into())
-}
-
 /// Rows of a file after a number of steps.
 fn mesh(root: &Group, points: PointOwner, steps: usize) -> hdf5::Result<MeshRows> {
     let sum = |name: &str, parts: usize| -> hdf5::Result<usize> {
-        let counts = root.dataset(name)?.read_raw::<i64>()?;
+        let counts = index::first_rows::<i64>(&root.dataset(name)?, parts)?;
         let counts = counts.get(..parts).ok_or_else(|| format!("`{name}` has too few entries"))?;
         let count = |n: &i64| usize::try_from(*n).map_err(|e| format!("{name}: {e}").into());
         counts.iter().map(count).sum()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -44,9 +45,9 @@ class File:
         # VTK tells its errors to observers, and goes on without what it could not read.
         self._errors: list[str] = []
         for source in (self._reader, self._reader.GetExecutive()):
-            source.AddObserver("ErrorEvent", lambda *_: self._errors.append("damaged"))
+            source.AddObserver("ErrorEvent", self._heard)
         self._reader.SetFileName(os.fspath(path))
-        self._reader.UpdateInformation()
+        self._update(self._reader.UpdateInformation)
         self._check()
         information = self._reader.GetOutputInformation(0)
         self.times = information.Get(vtkStreamingDemandDrivenPipeline.TIME_STEPS()) or ()
@@ -59,10 +60,24 @@ class File:
 
         if self._last is None or self._last[0] != index:
             if index < len(self.times):
-                self._reader.UpdateTimeStep(self.times[index])
+                self._update(lambda: self._reader.UpdateTimeStep(self.times[index]))
             self._check(index < len(self.times))
             self._last = (index, Read(pv.wrap(self._reader.GetOutputDataObject(0))))
         return self._last[1]
+
+    def _heard(self, *_: object) -> None:
+        self._errors.append("damaged")
+
+    def _update(self, work: Callable[[], object]) -> None:
+        """Lets the reader work. Its errors about parts of arrays are heard by the window of VTK only."""
+        from vtkmodules.vtkCommonCore import vtkOutputWindow
+
+        window = vtkOutputWindow.GetInstance()
+        heard = window.AddObserver("ErrorEvent", self._heard)
+        try:
+            work()
+        finally:
+            window.RemoveObserver(heard)
 
     def _check(self, has_step: bool = True) -> None:
         """Raises an error if the reader has met one, or if a time step is missing."""
