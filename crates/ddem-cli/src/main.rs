@@ -189,11 +189,15 @@ fn cut(args: &CutArguments) -> Result<CommandOutcome, CommandFailure> {
         .cut_regions_telling(&building.progress())
         .map_err(|error| DeckError::from_faults(&source, error.faults))?;
     drop(building);
+    let added = rock.added_inertia();
+    for warning in rock.warnings(&added) {
+        screen.line(&format!("warning: {warning}"));
+    }
     let folder = cells::write(&rock, (&deck, &source), &args.folder(), args.earlier())?;
     if let Some(kept) = folder.kept() {
         screen.line(&format!("earlier results were moved to {}", kept.display()));
     }
-    output(&cells::table(&rock))?;
+    output(&cells::table(&rock, &added))?;
     let out = folder.path().display();
     screen.line(&format!("the blocks are in {out}: open blocks.vtkhdf there in ParaView"));
     Ok(CommandOutcome::Done)

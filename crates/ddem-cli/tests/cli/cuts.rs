@@ -172,6 +172,27 @@ fn wrong_cuts_are_refused_before_anything_is_written() {
     assert_eq!(desk.names(), ["column.toml", "cut.toml"]);
 }
 
+/// A cut warns of thin cells as a check and a run do, unless the deck allows it.
+#[test]
+fn cut_warns_of_thin_cells() {
+    let slab = "[[cut]]\nplane = { dip = 0, dip_direction = 0, through = [0, 0, 0.001] }\njoint = 'seam'\n";
+    let stage = "[[stage]]\nname = 'press'\nkind = 'relax'\n";
+    let deck = RUN.replace("[[fix]]", &format!("{slab}[[fix]]")) + stage;
+    let desk = Desk::new();
+    desk.write("thin.toml", &deck);
+    desk.write("allowed.toml", &format!("{deck}[lint]\nallow = ['added-inertia']\n"));
+    let warnings = |line: &str| {
+        let outcome = desk.run(line);
+        assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
+        let lines = outcome.stderr.lines().filter(|line| line.starts_with("warning: "));
+        lines.map(str::to_owned).collect::<Vec<_>>()
+    };
+    let cut = warnings("cut thin.toml");
+    assert!(matches!(&cut[..], [only] if only.ends_with("[added-inertia]")), "{cut:?}");
+    assert_eq!(warnings("thin.toml --check"), cut);
+    assert!(warnings("cut allowed.toml").is_empty());
+}
+
 /// Deck of about 11 000 cells, which take more than 2 s.
 fn many_cells() -> String {
     let (materials, rest) = RUN.split_once("[[region]]").unwrap();

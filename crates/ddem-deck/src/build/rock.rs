@@ -16,6 +16,7 @@ mod stability;
 mod thick;
 mod ties;
 mod too_many;
+mod warnings;
 
 pub(in crate::build) use assigned::AssignedRock;
 pub(in crate::build) use blocks::RockBlocks;
@@ -23,6 +24,7 @@ pub use fractures::RockFracture;
 pub use planes::RockPlane;
 pub(crate) use shape::parts;
 pub use stability::{BlockMode, BlockVerdict};
+pub(in crate::build) use warnings::much_inertia;
 
 use ddem_core::element::Elastic;
 use ddem_core::problem::{Vec3, stiffest_nodes};

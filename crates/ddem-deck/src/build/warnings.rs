@@ -8,13 +8,12 @@ use ddem_core::{ConformingJoint, ContactWarning, Model, counted};
 use super::BuiltDeck;
 use super::geometry::interface::{gaps, interfaces};
 use super::geometry::{Interface, coordinates};
+use super::rock::much_inertia;
 use crate::lint::{Code, Diagnostic, load_at_rest};
 use crate::schema::{Deck, StageKind, Where};
 
 /// Pressure above which no gas is stored: such a charge is a blast `[Pa]`.
 const BLAST: f64 = 1e8;
-/// Inertia that is added to a region, relative to its mass, above which a warning is issued.
-const MUCH_INERTIA: f64 = 0.01;
 
 impl BuiltDeck {
     /// Diagnostics of a model of this deck, without those that the deck allows.
@@ -26,7 +25,7 @@ impl BuiltDeck {
         }
         warnings.extend(self.loads_at_rest(model));
         warnings.extend(self.empty_sets());
-        warnings.extend(self.much_inertia(model));
+        warnings.extend(much_inertia(&self.added_inertia(model)));
         warnings.extend(self.deck.many_triangles());
         warnings.extend(gaps(&self.deck, model.geometry()));
         warnings.extend(super::default_friction::warnings(&self.deck, model.geometry()));
@@ -69,24 +68,6 @@ impl BuiltDeck {
         }
         let share = |[added, whole]: [f64; 2]| if added > 0.0 { added / whole } else { 0.0 };
         sums.into_iter().map(share).collect()
-    }
-
-    /// Warnings about regions whose parts have much more inertia than mass.
-    fn much_inertia(&self, model: &Model) -> Vec<Diagnostic> {
-        let much = |(region, share): (usize, f64)| {
-            (share > MUCH_INERTIA).then(|| {
-                let message = format!(
-                    "thin cells and sharp corners have more inertia than mass: {:.1} % of the mass of \
-                     the region is added",
-                    100.0 * share
-                );
-                let help = "motions there are slower, rest is the same: `ddem cut` lists the \
-                            cells; a smaller `small.width` adds less, with shorter time steps";
-                let at = format!("region[{region}].small");
-                Diagnostic::warning(Code::AddedInertia, at, message, help)
-            })
-        };
-        self.added_inertia(model).into_iter().enumerate().filter_map(much).collect()
     }
 
     fn empty_sets(&self) -> impl Iterator<Item = Diagnostic> {

@@ -334,7 +334,11 @@ fn with(place: &str, key: &str, value: Option<&Value>) -> Deck {
 fn effect(deck: &Deck) -> String {
     if !deck.region.is_empty() {
         let rock = deck.cut_regions().unwrap_or_else(|error| panic!("{error}"));
-        return format!("{} {:?}", ddem_io::cells::table(&rock), rock.complex);
+        return format!(
+            "{} {:?}",
+            ddem_io::cells::table(&rock, &rock.added_inertia()),
+            rock.complex
+        );
     }
     let built = BuiltDeck::new(deck).unwrap_or_else(|error| panic!("{error}"));
     let mut problem = (**built.problem()).clone();

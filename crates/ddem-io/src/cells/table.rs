@@ -8,9 +8,10 @@ use ddem_deck::{CutRock, SmallKind};
 /// Number of the thinnest cells that are listed.
 const LISTED: usize = 10;
 
-/// Numbers and volumes of the cells of each region, and the thinnest cells with what cut them.
+/// Numbers and volumes of the cells of each region, and the thinnest cells with what cut them. `added` is the
+/// [inertia](CutRock::added_inertia) added to each region.
 #[must_use]
-pub fn table(rock: &CutRock) -> String {
+pub fn table(rock: &CutRock, added: &[f64]) -> String {
     let mut text = String::new();
     let n = rock.complex.cells().len();
     let blocks = rock.blocks.iter().max().map_or(0, |last| last + 1);
@@ -40,8 +41,8 @@ pub fn table(rock: &CutRock) -> String {
         );
     }
     text.push('\n');
-    for region in 0..rock.regions().len() {
-        text += &thin(rock, region);
+    for (region, added) in added.iter().enumerate() {
+        text += &thin(rock, region, *added);
     }
     if rock.complex.n_uncut() > 0 {
         let _ = writeln!(
@@ -54,21 +55,19 @@ pub fn table(rock: &CutRock) -> String {
 }
 
 /// Line on the cells of a region that are thin, what becomes of them, and the inertia added.
-fn thin(rock: &CutRock, region: usize) -> String {
+fn thin(rock: &CutRock, region: usize, added: f64) -> String {
     let small = rock.regions()[region].small;
     let least = small.width * rock.median_width(region);
     let cells = rock.cells_of(region);
     let total: f64 = cells.iter().map(|&cell| rock.properties[cell].volume).sum();
     let is_thin = |cell: &&usize| rock.treatment(**cell).is_some();
     let thin: Vec<_> = cells.iter().filter(is_thin).map(|&cell| rock.properties[cell]).collect();
-    let parts = cells.iter().flat_map(|&cell| rock.inertia(cell, &rock.parts(cell)));
-    let added: f64 = parts.map(|[factor, volume]| (factor - 1.0) * volume).sum();
     if thin.is_empty() && added == 0.0 {
         return String::new();
     }
     // The sum of no numbers is −0.
     let share = 100.0 * thin.iter().fold(0.0, |sum, of| sum + of.volume) / total;
-    let added = format!("{:.3} % of the mass", 100.0 * added / total);
+    let added = format!("{:.3} % of the mass", 100.0 * added);
     let effect = match small.is {
         SmallKind::Scaled => format!("more inertia there and at sharp corners, {added}"),
         SmallKind::Rigid => format!("rigid, with more inertia, {added}"),
