@@ -1,5 +1,6 @@
 //! Run of a deck from start to end: stages, results and checkpoints.
 
+mod cell_step;
 mod drive;
 mod failure;
 mod files;
@@ -21,6 +22,7 @@ mod tests;
 mod tracker;
 mod warnings;
 
+pub use cell_step::CellStep;
 pub use drive::run;
 pub use failure::RunFailure;
 pub use open_stage::{OpenStage, StageStatus};

@@ -78,7 +78,14 @@ fn report_log_and_summary_have_the_limit() {
     let worst = report.worst_element.as_ref().unwrap();
     assert!((worst.scaled_jacobian - 1.0).abs() < 1e-12, "{worst:?}");
     let lines = [report.to_string(), alone.to_string()].concat();
-    let kept = ["critical step", "limited by", "worst element", "added inertia"];
+    let kept = [
+        "critical step",
+        "limited by",
+        "shortest steps",
+        "        ",
+        "worst element",
+        "added inertia",
+    ];
     let lines: Vec<&str> =
         lines.lines().filter(|line| kept.iter().any(|name| line.starts_with(name))).collect();
     insta::assert_snapshot!(lines.join("\n"));

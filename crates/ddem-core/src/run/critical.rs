@@ -1,6 +1,7 @@
 //! Critical time step of a model (§6).
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::sync::atomic::Ordering;
 
 use super::Simulation;
@@ -73,15 +74,38 @@ impl<'a> CriticalModel<'a> {
         (stiffest.1 > largest).then_some(stiffest.0)
     }
 
+    /// Critical step of a group of deformable blocks, from its largest eigenvalue `[s]`.
+    fn deformable_step(&self, largest: f64) -> f64 {
+        self.added.as_ref().map_or(2.0 / largest.sqrt(), |added| added.critical_step(largest))
+    }
+
+    /// Critical step of rigid blocks, from their largest square `[s]`.
+    fn rigid_step(&self, largest: f64) -> f64 {
+        let damped = if self.model.packs.rigid > 0 { self.ratio } else { 0.0 };
+        2.0 / largest.sqrt() * ((1.0 + damped * damped).sqrt() - damped)
+    }
+
     /// Critical steps of deformable blocks with all joints, and of rigid blocks `[s]`, from the largest
     /// eigenvalue.
     pub(super) fn steps(&self, largest: f64) -> [f64; 2] {
-        let added = self.added.as_ref();
-        let deformable = added.map_or(2.0 / largest.sqrt(), |added| added.critical_step(largest));
         let bounds = self.rigid(largest).map(|(_, square)| square);
-        let fastest = bounds.fold(largest, f64::max);
-        let damped = if self.model.packs.rigid > 0 { self.ratio } else { 0.0 };
-        [deformable, 2.0 / fastest.sqrt() * ((1.0 + damped * damped).sqrt() - damped)]
+        [self.deformable_step(largest), self.rigid_step(bounds.fold(largest, f64::max))]
+    }
+
+    /// Critical step of each whole block of cells `[s]`, by its number, from the largest eigenvalue of each one and of
+    /// the model.
+    pub(super) fn block_steps(&self, squares: &[f64], largest: f64) -> BTreeMap<usize, f64> {
+        let model = self.model;
+        let cells = (0..model.n_blocks()).filter(|&block| model.geometry.part(block).is_some());
+        let whole = cells.map(|block| model.whole_block(block));
+        let mut steps: BTreeMap<usize, f64> =
+            whole.map(|whole| (whole, self.deformable_step(squares[whole]))).collect();
+        for (block, square) in self.rigid(largest) {
+            if let Some(step) = steps.get_mut(&model.whole_block(block)) {
+                *step = self.rigid_step(square);
+            }
+        }
+        steps
     }
 }
 

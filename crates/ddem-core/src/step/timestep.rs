@@ -8,6 +8,8 @@
 //! the iteration ends earlier and adds the residual as a margin: an eigenvalue of the operator lies
 //! within the residual of each Ritz value, and the largest one converges from below.
 
+mod groups;
+
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};

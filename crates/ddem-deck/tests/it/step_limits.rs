@@ -145,3 +145,36 @@ fn worst_element_is_the_most_sheared_one() {
     let worst = rock_decks::built(&(ROCK.to_owned() + region)).model().worst_element().unwrap();
     assert!((worst.scaled_jacobian - 0.8).abs() < 1e-12, "{worst:?}");
 }
+
+/// Each block of cells has the step of a model of that block alone, and the shortest one is that of the model.
+#[test]
+fn blocks_of_cells_have_the_steps_of_models_of_their_own() {
+    let region = |low: f64, high: f64| {
+        format!(
+            "[[region]]\nbox = {{ from = [0, 0, {low}], to = [1, 1, {high}] }}\nmaterial = 'rock'\n"
+        )
+    };
+    let cut = |z: f64, how: &str| {
+        format!("[[cut]]\nplane = {{ dip = 0, dip_direction = 0, through = [0, 0, {z}] }}\n{how}\n")
+    };
+    let soft = "[joints.soft]\nnormal_stiffness = 1.0\nshear_stiffness = 1.0\n";
+    let joint = "joint = 'soft'";
+    let cuts = cut(0.3, joint) + &cut(0.9, joint) + &cut(1.5, "join = true");
+    let text = format!("{ROCK}{soft}{}{cuts}", region(0.0, 2.0));
+    let mut simulation = Simulation::new(rock_decks::built(&text).model());
+    let mut steps: Vec<f64> = simulation.cell_steps().unwrap().into_values().collect();
+    steps.sort_by(f64::total_cmp);
+    let alone = |low, high, cuts: &str| limit(&format!("{ROCK}{}{cuts}", region(low, high))).step;
+    let joined = alone(0.9, 2.0, &cut(1.5, "join = true"));
+    let mut exact = [alone(0.0, 0.3, ""), alone(0.3, 0.9, ""), joined];
+    exact.sort_by(f64::total_cmp);
+    assert_eq!(steps.len(), exact.len());
+    // Each iteration ends when it hardly changes.
+    let close =
+        |step: f64, exact: f64| assert!((step / exact - 1.0).abs() < 1e-5, "{step}, {exact}");
+    steps.iter().zip(exact).for_each(|(step, exact)| close(*step, exact));
+    close(steps[0], simulation.critical_step().unwrap());
+    // Sets of blocks have no cells.
+    let mut cube = Simulation::new(rock_decks::built(&(ROCK.to_owned() + &cube(0.0, 1.0))).model());
+    assert!(cube.cell_steps().unwrap().is_empty());
+}

@@ -10,6 +10,7 @@ use ddem_deck::{
 };
 
 use super::RunFailure;
+use super::cell_step::CellStep;
 use super::given_steps::{check_all_steps, unsafe_steps};
 use super::plan::{Plan, estimate, plans};
 use super::probe::Sampler;
@@ -43,6 +44,8 @@ pub struct Report {
     pub critical_step: f64,
     /// Part of the model that limits it.
     pub limit: Option<TimeStepLimit>,
+    /// Blocks of regions with the shortest critical steps, the shortest first, if one of them limits the step.
+    pub shortest_steps: Vec<CellStep>,
     /// Inertia that thin cells add to regions.
     pub added_inertia: Vec<AddedInertia>,
     /// Most distorted element of cells and slanted blocks.
@@ -98,6 +101,12 @@ impl fmt::Display for Report {
         if let Some(limit) = &self.limit {
             writeln!(f, "limited by     {limit}")?;
         }
+        if !self.shortest_steps.is_empty() {
+            writeln!(f, "shortest steps {}", CellStep::HEAD)?;
+        }
+        for cell in &self.shortest_steps {
+            writeln!(f, "{:<15}{cell}", "")?;
+        }
         if let Some(worst) = &self.worst_element {
             writeln!(f, "worst element  {worst}")?;
         }
@@ -141,10 +150,15 @@ pub fn inspect_telling(
 ) -> Result<Report, RunFailure> {
     let Built { site, model, samplers } = prepare(deck, source, available_memory(), progress)?;
     let mut simulation = Simulation::new(model);
+    progress.enter(BuildPhase::Report);
     check_all_steps(&mut simulation, deck).map_err(|failure| located(failure, source))?;
     let mut report = report(&site, &mut simulation, &samplers);
     report.critical_step = simulation.critical_step().unwrap_or(f64::NAN);
     report.limit = limit(&mut simulation, deck);
+    if let Some(limit) = &report.limit {
+        // Nothing stops this simulation.
+        report.shortest_steps = CellStep::shortest(&mut simulation, limit).unwrap_or_default();
+    }
     estimate(&mut simulation, &deck.stage, &mut report.stages);
     Ok(report)
 }
@@ -275,6 +289,7 @@ pub(super) fn report(
         near: model.can_meet().then_some(near),
         critical_step,
         limit: None,
+        shortest_steps: Vec::new(),
         added_inertia: AddedInertia::of_regions(site, model),
         worst_element: WorstElement::new(model),
         bytes: grown(Size::of(deck), model).bytes as u64,
