@@ -129,7 +129,7 @@ def test_damaged_numbers_of_results_are_noticed(tmp_path: Path) -> None:
     """A flipped bit in any array of a file, those of the index of the frames among them."""
     column().build().run(1e-3, record=tmp_path, frames=2, quiet=True)
     file = tmp_path / "blocks.vtkhdf"
-    places = []
+    places: list[int] = []
 
     def note(_: str, array: object) -> None:
         if isinstance(array, h5py.Dataset):
