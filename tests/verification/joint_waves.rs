@@ -59,6 +59,11 @@ fn compression_wave_passes_nonconforming_joint() {
 }
 
 #[test]
+fn compression_wave_passes_joint_of_cells() {
+    passes("cells_joint", "x", 3000.0);
+}
+
+#[test]
 fn compression_wave_passes_thick_joint() {
     passes("v06_p_thick", "x", 3000.0);
 }

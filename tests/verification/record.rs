@@ -52,6 +52,7 @@ pub(crate) const CASES: &[Case] = &[
     case("V6 wave through a joint", "v06_refined"),
     case("V6 wave through a joint", "v06_s_spring"),
     case("V6 wave through a joint", "v06_s_thick"),
+    case("V6 wave through a joint", "cells_joint"),
     case("V7 shear failure", "v07_shear"),
     case("V8 beam with cracks", "v08_beam_cracks"),
     case("Relaxation beyond strength", "relax_strength"),

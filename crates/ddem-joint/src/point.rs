@@ -10,7 +10,6 @@ use ddem_mechanics::law::springs::PointSprings;
 use ddem_mechanics::law::{
     FailureMode, JointDisplacement, JointLaw, PointLoss, PointState, SpringStiffness, Traction,
 };
-use ddem_mechanics::math::lanes::Lanes;
 
 /// Slip or opening of a failed pair, as a fraction of the spacing of pairs, beyond which the
 /// remaining bonded pairs fail too: the joint has rotated too far for node pairs.
@@ -47,13 +46,12 @@ pub enum FailureCheck<'a> {
     None,
     /// Overloaded pairs fail.
     Overloaded,
-    /// Pairs fail that are still overloaded with their tractions divided by the larger divisor of the
-    /// two blocks of their joint.
+    /// Pairs of the most loaded joints fail that are overloaded by a factor.
     MostLoaded {
-        /// Divisors of the blocks, by pack and lane.
-        divisors: &'a [Lanes],
-        /// True if overloaded pairs that shed no load fail too, whatever the divisor.
-        at_equilibrium: bool,
+        /// Pairs of blocks of the joints, by pack and lane, sorted.
+        joints: &'a [[(usize, usize); 2]],
+        /// Least overload of a pair that fails. Pairs that shed no load fail in any joint.
+        least: f64,
     },
 }
 
@@ -64,13 +62,9 @@ impl FailureCheck<'_> {
         match self {
             Self::None => None,
             Self::Overloaded => Some(1.0),
-            Self::MostLoaded { divisors, at_equilibrium } => {
-                if law.is_some_and(JointLaw::sheds_load) {
-                    let [a, b] = blocks.map(|(pack, lane)| divisors[pack].0[lane]);
-                    Some(a.max(b))
-                } else {
-                    at_equilibrium.then_some(1.0)
-                }
+            Self::MostLoaded { joints, least } => {
+                let is_one = || joints.binary_search(&blocks).is_ok();
+                (!law.is_some_and(JointLaw::sheds_load) || is_one()).then_some(least)
             }
         }
     }

@@ -49,6 +49,16 @@ struct FaceForces {
     work: Workspace,
 }
 
+/// Overloaded bonded pairs of a relaxation.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Overloads {
+    /// Joints of those that shed load when they fail, with the divisor of the tractions at which the
+    /// pair does not fail.
+    pub(crate) joints: Vec<(usize, f64)>,
+    /// True if there are others, which shed no load.
+    pub(crate) others: bool,
+}
+
 impl Snapshot<'_> {
     /// Implements [`Simulation::tractions`](crate::Simulation::tractions), (M1).
     pub(crate) fn tractions(&self) -> Vec<[f64; 3]> {
@@ -71,40 +81,37 @@ impl Snapshot<'_> {
         )
     }
 
-    /// Largest overload of the bonded pairs of each block, for a relaxation: the divisor of the
-    /// tractions at which none of them fails; 1 if none fails now. Without `all`, pairs that shed no load
-    /// are left out.
-    pub(crate) fn overloads(&self, all: bool) -> Vec<f64> {
+    /// Overloaded bonded pairs, for a relaxation.
+    pub(crate) fn overloads(&self) -> Overloads {
         let n = self.model.n_pairs();
         let parts = 4 * rayon::current_num_threads();
         let ranges = (0..parts).into_par_iter().map(|i| i * n / parts..(i + 1) * n / parts);
         let overloads: Vec<_> = ranges
             .filter(|pairs| !pairs.is_empty())
-            .map(|pairs| self.overloaded_blocks(pairs, all))
+            .map(|pairs| self.overloads_of(pairs))
             .collect();
-        let mut most = vec![1.0_f64; self.model.n_blocks()];
-        for (block, overload) in overloads.into_iter().flatten() {
-            most[block] = overload.max(most[block]);
-        }
-        most
+        overloads.into_iter().fold(Overloads::default(), |sum, more| Overloads {
+            joints: [sum.joints, more.joints].concat(),
+            others: sum.others || more.others,
+        })
     }
 
-    /// Blocks of the overloaded pairs in a range, with the overload of each pair.
-    fn overloaded_blocks(&self, pairs: Range<usize>, all: bool) -> Vec<(usize, f64)> {
+    /// Overloaded bonded pairs in a range.
+    fn overloads_of(&self, pairs: Range<usize>) -> Overloads {
         let (model, state) = (self.model, self.state);
-        let mut overloaded = Vec::new();
+        let mut overloads = Overloads::default();
         self.visit(&state.broken_joints, &state.contacts, pairs, |pair, view| {
-            let law = model.laws[view.law as usize].as_ref().filter(|law| all || law.sheds_load());
+            let law = model.laws[view.law as usize].as_ref();
             if let Some(law) = law.filter(|_| view.point.is_none_or(|p| p.failure.is_none())) {
                 let own = view.axes.tr_mul(&view.traction);
                 let overload = law.overload(own.x, own.yz().norm());
-                if overload > 1.0 {
-                    let blocks = model.joint(model.joint_of(pair)).blocks();
-                    overloaded.extend(blocks.map(|block| (block, overload)));
+                if overload > 1.0 && law.sheds_load() {
+                    overloads.joints.push((model.joint_of(pair), overload));
                 }
+                overloads.others |= overload > 1.0 && !law.sheds_load();
             }
         });
-        overloaded
+        overloads
     }
 
     /// True if a joint has rotated about bonded pairs so far that they must fail.

@@ -42,7 +42,7 @@ impl<'a> CriticalModel<'a> {
         let bonds = match contact_model {
             Some(contact) if model.has_cells() => {
                 let met = contact.search.then_some(&contact.surfaces);
-                bounds_at_nodes(&model.bonded_patches, met, &contact.blocks, geometry)
+                bounds_at_nodes(&model.bonded_patches, met, &contact.blocks, geometry, &|_| true)
             }
             _ => Vec::new(),
         };

@@ -29,25 +29,27 @@ impl Simulation {
         self.masses_for(self.contact_masses(progress), progress, stop)
     }
 
-    /// Masses for other contacts than those of `former` masses. If only contacts of rigid cells are
-    /// different, the largest eigenvalue is still known.
-    pub(super) fn masses_after(
+    /// Adds contacts of more rigid cells to the masses. The largest eigenvalue is that of before.
+    pub(super) fn add_contact_masses(
         &mut self,
-        former: &Preconditioner,
+        masses: &mut Preconditioner,
         contact_masses: ContactMasses,
-        progress: &RelaxationProgress,
-    ) -> Result<Preconditioner, RunError> {
-        if former.contact_masses.without_cells() != contact_masses.without_cells() {
-            return self.masses_for(contact_masses, progress, &|| false);
-        }
+    ) -> Result<(), RunError> {
         let span = self.scratch.profiler.begin();
-        let mut masses = Preconditioner::new(&self.model, &self.held(), contact_masses, &|| false)?;
-        masses.scale_to(LARGEST, former.largest);
+        let held = self.held();
+        if masses.contact_masses.exist() {
+            masses.add_contacts(&self.model, &held, contact_masses);
+        } else {
+            let largest = masses.largest;
+            *masses = Preconditioner::new(&self.model, &held, contact_masses, &|| false)?;
+            masses.scale_to(LARGEST, largest);
+        }
         self.scratch.profiler.end(span, Phase::Relaxation);
-        Ok(masses)
+        Ok(())
     }
 
-    fn masses_for(
+    /// Masses for these contacts.
+    pub(super) fn masses_for(
         &mut self,
         contact_masses: ContactMasses,
         progress: &RelaxationProgress,

@@ -1,14 +1,17 @@
 //! Failure in a relaxation (§7): which of the overloaded pairs fail, and when.
 
+use std::collections::BTreeMap;
+
+use crate::output::tractions::Overloads;
 use crate::run::Simulation;
 use crate::state::{RelaxationProgress, State};
 use crate::step::{EvaluationStep, balance};
 use ddem_joint::point::FailureCheck;
-use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::math::lanes::Lanes;
 
 /// Unbalanced force ratio at which pairs are checked for failure, if the tolerance is not larger.
 const NEAR: f64 = 1e-4;
-/// Pairs fail together with the most loaded one around them if their load is at least this fraction
+/// Joints fail together with the most loaded one around them if their load is at least this fraction
 /// of its load. They are equal as far as is known near equilibrium. The failure may relieve others.
 const MOST_LOADED: f64 = 0.995;
 /// Steps between two looks at the loads after pairs have failed.
@@ -18,48 +21,56 @@ const LAST_LOOK: usize = 100;
 /// Overload above which pairs fail at a look. The loads still change a little until equilibrium.
 const CLEAR_OVERLOAD: f64 = 1.02;
 
+/// Joint between two blocks, or between two cells with all their parts.
+type WholeJoint = [usize; 2];
+
 impl Simulation {
-    /// Fails the most loaded pairs of each place; returns true if any failed.
+    /// Fails the overloaded pairs of the most loaded joint of each place; returns true if any failed, so
+    /// that the relaxation begins from rest.
     ///
     /// The first pairs fail near equilibrium, so that no overshoot causes failure. A failure then
     /// changes the loads around it within few steps, and those far away slowly and little. Pairs that
     /// are clearly overloaded therefore fail as soon as the largest load around them has settled, the
-    /// others at the next equilibrium.
+    /// others at the next equilibrium. Pairs that shed no load do not change the loads when they fail,
+    /// and do not wait until these have settled.
     pub(super) fn fails_now(&mut self, progress: &mut RelaxationProgress, tolerance: f64) -> bool {
         let near = tolerance.max(if progress.failure_checked { 0.0 } else { NEAR });
         let balanced = self.last.ratio() <= near && progress.has_stopped(near);
         if !self.model.can_fail() || !(balanced || looks(progress)) {
             return false;
         }
-        let overloads = self.largest_around(&self.as_measured().overloads(balanced));
+        let failed = self.state.failed;
+        let Overloads { joints, others } = self.as_measured().overloads();
+        let joints = self.whole_joints(joints);
+        let around = self.largest_around(&joints);
         let fails = if balanced {
             progress.failure_checked = true;
             let state = &mut *self.state;
             state.watch.note_near_equilibrium(state.steps);
-            self.fail_at_equilibrium(&overloads)
+            let most_loaded = self.most_loaded(&joints, &around);
+            self.fail_at_equilibrium(&most_loaded, others)
         } else {
-            let settled = settled(&progress.overloads, &overloads);
-            progress.overloads = overloads;
-            self.fail_settled(&settled)
+            let settled = settled(&progress.overloads, &around);
+            let most_loaded = self.most_loaded(&joints, &settled);
+            progress.overloads = around;
+            self.fail_at_look(&most_loaded, others)
         };
-        if fails {
+        if self.state.failed != failed {
             progress.fails_on = true;
             self.state.restart_watch(&self.model, false);
         }
         fails
     }
 
-    /// Fails the most loaded pairs at an equilibrium, from rest. Rotated joints release their bonded
-    /// pairs when nothing is overloaded.
-    fn fail_at_equilibrium(&mut self, overloads: &[f64]) -> bool {
-        let releases = overloads.iter().all(|&overload| overload <= 1.0);
+    /// Fails overloaded pairs of some joints, and `others` that shed no load, at an equilibrium. Rotated
+    /// joints release their bonded pairs when nothing is overloaded. Returns true if any failed.
+    fn fail_at_equilibrium(&mut self, joints: &[[(usize, usize); 2]], others: bool) -> bool {
+        let releases = joints.is_empty() && !others;
         if releases && !self.as_measured().has_rotated_joints() {
             return false;
         }
         self.state.v.fill(Lanes::ZERO);
-        let divisors = &self.failure_divisors(overloads);
-        let check = FailureCheck::MostLoaded { divisors, at_equilibrium: true };
-        let fails = self.fail_pairs(check, releases);
+        let fails = self.fail_pairs(FailureCheck::MostLoaded { joints, least: 1.0 }, releases);
         if fails {
             // The motion up to here led from equilibrium to equilibrium.
             self.keep_slip(true);
@@ -67,14 +78,14 @@ impl Simulation {
         fails
     }
 
-    /// Fails the most loaded pairs at a look. The relaxation restarts from rest if any fail.
-    fn fail_settled(&mut self, overloads: &[f64]) -> bool {
-        if overloads.iter().all(|overload| overload.is_infinite()) {
+    /// Fails overloaded pairs of some joints, and `others` that shed no load, at a look. Returns true if
+    /// pairs of the joints may have failed.
+    fn fail_at_look(&mut self, joints: &[[(usize, usize); 2]], others: bool) -> bool {
+        if joints.is_empty() && !others {
             return false;
         }
-        let divisors = &self.failure_divisors(overloads);
-        let check = FailureCheck::MostLoaded { divisors, at_equilibrium: false };
-        let fails = self.fail_pairs(check, false);
+        let check = FailureCheck::MostLoaded { joints, least: CLEAR_OVERLOAD };
+        let fails = self.fail_pairs(check, false) && !joints.is_empty();
         if fails {
             self.state.v.fill(Lanes::ZERO);
         }
@@ -95,37 +106,61 @@ impl Simulation {
         self.state.failed != failed
     }
 
-    /// Divisors of the tractions in the check for failure, by pack and lane, from the largest
-    /// overload around each block.
-    ///
-    /// A pair may be relieved by the failure of a more loaded one of its two blocks, or of the blocks
-    /// beside them. Pairs farther apart do not wait for each other.
-    fn failure_divisors(&self, overloads: &[f64]) -> Vec<Lanes> {
-        let packs = &self.model.packs;
-        let mut divisors = vec![Lanes([1.0; LANES]); packs.packs.len()];
-        for (block, overload) in overloads.iter().enumerate() {
-            let (pack, lane) = packs.slot(block);
-            divisors[pack].0[lane] = (MOST_LOADED * overload).max(1.0);
-        }
-        divisors
-    }
-
-    /// Largest of the values of each block and of the blocks beside it. The parts of a cell are one
-    /// block.
-    fn largest_around(&self, values: &[f64]) -> Vec<f64> {
+    /// Block, or first block of a cell, of each of the two blocks of a joint.
+    fn whole_joint(&self, joint: usize) -> WholeJoint {
         let bodies = &self.state.contacts.bodies;
         let body = |block: usize| bodies.get(block).map_or(block, |&first| first as usize);
-        let mut own = vec![0.0_f64; values.len()];
-        for (block, &value) in values.iter().enumerate() {
-            own[body(block)] = value.max(own[body(block)]);
+        self.model.joint(joint).blocks().map(body)
+    }
+
+    /// Largest overload of each joint.
+    fn whole_joints(&self, overloads: Vec<(usize, f64)>) -> BTreeMap<WholeJoint, f64> {
+        let mut joints = BTreeMap::new();
+        for (joint, overload) in overloads {
+            let most = joints.entry(self.whole_joint(joint)).or_insert(overload);
+            *most = overload.max(*most);
+        }
+        joints
+    }
+
+    /// Largest overload of the joints of each block and of the blocks beside it.
+    fn largest_around(&self, joints: &BTreeMap<WholeJoint, f64>) -> Vec<f64> {
+        let mut own = vec![1.0_f64; self.model.n_blocks()];
+        for (blocks, &overload) in joints {
+            for &block in blocks {
+                own[block] = overload.max(own[block]);
+            }
         }
         let mut around = own.clone();
         for joint in 0..self.model.n_joints() {
-            let [a, b] = self.model.joint(joint).blocks().map(body);
+            let [a, b] = self.whole_joint(joint);
             around[a] = around[a].max(own[b]);
             around[b] = around[b].max(own[a]);
         }
-        (0..values.len()).map(|block| around[body(block)]).collect()
+        around
+    }
+
+    /// Blocks of the joints that carry the largest overload around them, by pack and lane, sorted.
+    ///
+    /// A joint may be relieved by the failure of a more loaded one of its two blocks, or of the blocks
+    /// beside them. Joints farther apart do not wait for each other. The pairs of one joint share its
+    /// load: a failure of some loads the others more.
+    fn most_loaded(
+        &self,
+        joints: &BTreeMap<WholeJoint, f64>,
+        around: &[f64],
+    ) -> Vec<[(usize, usize); 2]> {
+        let is_most = |blocks: WholeJoint| {
+            let around = blocks.map(|block| around[block]);
+            let own = joints.get(&blocks);
+            own.is_some_and(|&own| own >= MOST_LOADED * around[0].max(around[1]))
+        };
+        let mut most_loaded: Vec<_> = (0..self.model.n_joints())
+            .filter(|&joint| is_most(self.whole_joint(joint)))
+            .map(|joint| self.model.joint(joint).blocks().map(|at| self.model.packs.slot(at)))
+            .collect();
+        most_loaded.sort_unstable();
+        most_loaded
     }
 }
 

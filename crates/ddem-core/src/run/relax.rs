@@ -152,10 +152,13 @@ impl Simulation {
     ) -> Result<Relaxed, RunError> {
         let sums = self.unbalanced_sums(progress)?;
         let contact_masses = self.contact_masses(progress);
-        if preconditioner.contact_masses != contact_masses {
+        if contact_masses.differ_by_cells(&preconditioner.contact_masses) {
+            contact_masses.note(progress);
+            self.add_contact_masses(preconditioner, contact_masses)?;
+        } else if preconditioner.contact_masses != contact_masses {
             contact_masses.note(progress);
             // This overwrites the forces: the step is not taken, and the next begins from rest.
-            *preconditioner = self.masses_after(preconditioner, contact_masses, progress)?;
+            *preconditioner = self.masses_for(contact_masses, progress, &|| false)?;
             self.state.v.fill(Lanes::ZERO);
             progress.rest();
             return Ok(Relaxed::Moving);

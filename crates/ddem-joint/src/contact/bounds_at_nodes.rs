@@ -6,18 +6,20 @@ use ddem_mechanics::law::SpringStiffness;
 use ddem_mesh::{BlockFace, Geometry, quad_points};
 
 /// Upper bounds of the stiffness `[N/m]` and coefficients of the dashpots `[N s/m]` that nonconforming
-/// joints and, with the surfaces of `contacts`, contacts add to nodes, by node. A contact replaces a joint,
-/// so that the larger ones count.
+/// joints and, with the surfaces of `contacts`, contacts add to the nodes of the `wanted` blocks, by node.
+/// A contact replaces a joint, so that the larger ones count. Other nodes may have any value.
 pub fn bounds_at_nodes(
     bonded: &[BondedPatch],
     contacts: Option<&ContactSurfaces>,
     blocks: &[ContactBlock],
     geometry: &Geometry,
+    wanted: &dyn Fn(usize) -> bool,
 ) -> Vec<[f64; 2]> {
     let mut at_nodes = vec![[0.0; 2]; geometry.n_nodes];
     for joint in bonded {
         let patch = &joint.patch;
-        if patch.blocks.iter().any(|&block| geometry.is_removed(block as usize)) {
+        let both = patch.blocks.map(|block| block as usize);
+        if !both.into_iter().any(wanted) || both.iter().any(|&at| geometry.is_removed(at)) {
             continue;
         }
         let CombinedSurface { stiffness: SpringStiffness { normal, shear }, dashpot, .. } =
@@ -27,7 +29,8 @@ pub fn bounds_at_nodes(
         }
     }
     if let Some(surfaces) = contacts {
-        for (most, of_contacts) in at_nodes.iter_mut().zip(at_faces(surfaces, blocks, geometry)) {
+        let at_faces = at_faces(surfaces, blocks, geometry, wanted);
+        for (most, of_contacts) in at_nodes.iter_mut().zip(at_faces) {
             (0..2).for_each(|k| most[k] = most[k].max(of_contacts[k]));
         }
     }
@@ -43,9 +46,10 @@ fn at_faces(
     surfaces: &ContactSurfaces,
     blocks: &[ContactBlock],
     geometry: &Geometry,
+    wanted: &dyn Fn(usize) -> bool,
 ) -> Vec<[f64; 2]> {
     let mut at_nodes = vec![[0.0; 2]; geometry.n_nodes];
-    let parts = (0..blocks.len()).filter(|&block| geometry.part(block).is_some());
+    let parts = (0..blocks.len()).filter(|&block| geometry.part(block).is_some() && wanted(block));
     for block in parts.filter(|&block| !geometry.is_removed(block)) {
         let first = geometry.blocks[block].first_node as usize;
         let n = geometry.topology(block).divisions();

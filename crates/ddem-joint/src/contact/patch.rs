@@ -22,19 +22,15 @@ impl Patch {
     }
 
     /// Numbers of the blocks of a body with points, after its first block, which is always one of
-    /// them.
+    /// them. A joint is between two blocks.
     pub(super) fn parts(&self, side: usize) -> impl Iterator<Item = u16> + use<> {
         let first = Some(0).into_iter();
-        let points = self.points.iter().map(|point| point.points[side].part);
-        let mut others: Vec<u16> = points.filter(|&part| part != 0).collect();
+        let points = if self.bond.is_some() { &[][..] } else { &self.points[..] };
+        let parts = points.iter().map(|point| point.points[side].part);
+        let mut others: Vec<u16> = parts.filter(|&part| part != 0).collect();
         others.sort_unstable();
         others.dedup();
         first.chain(others)
-    }
-
-    /// True if some points are on other blocks than the first ones of the two bodies.
-    pub(super) fn is_of_parts(&self) -> bool {
-        self.points.iter().flat_map(|point| &point.points).any(|point| point.part != 0)
     }
 
     /// Largest penetration of its points `[m]`.

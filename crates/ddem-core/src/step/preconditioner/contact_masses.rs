@@ -62,8 +62,13 @@ impl ContactMasses {
     }
 
     /// True if contacts may exist.
-    pub(super) fn exist(&self) -> bool {
+    pub(crate) fn exist(&self) -> bool {
         self.any || !self.cells.is_empty()
+    }
+
+    /// True if these differ from others by contacts of rigid cells alone.
+    pub(crate) fn differ_by_cells(&self, others: &Self) -> bool {
+        self.cells != others.cells && self.without_cells() == others.without_cells()
     }
 
     /// The same without contacts of rigid cells.

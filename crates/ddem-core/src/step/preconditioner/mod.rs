@@ -7,6 +7,7 @@
 //! a cluster of one.
 
 mod bond_springs;
+mod cells;
 mod contact_masses;
 mod coupling;
 mod rigid;
@@ -23,20 +24,20 @@ use rayon::prelude::*;
 use crate::error::RunError;
 use crate::model::Model;
 use crate::state::RelaxationProgress;
-use ddem_joint::contact::{ContactModel, bounds_at_nodes};
+use ddem_joint::contact::ContactModel;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes, Vector, load_at, splat, store_at, zero};
 use ddem_mechanics::rigid::Pose;
-use ddem_mesh::PartShape;
 use ddem_mesh::assembly::Element;
 use ddem_mesh::pack::{Neighbours, Packs};
 
 use bond_springs::BondSprings;
+use cells::{bond_bounds, is_part_of};
 pub(crate) use contact_masses::ContactMasses;
 use coupling::{across, inverse_row};
 use rigid::RigidMasses;
 use smooth::SmoothMotions;
-use springs::patches_of_bodies;
+use springs::{SpringSum, patches_of_bodies};
 pub(crate) use turning::has_rotated;
 
 /// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
@@ -100,6 +101,10 @@ pub(crate) struct Preconditioner {
     pub(super) of_pack: Vec<u32>,
     /// Masses of rigid bodies, and their motions; [`respond`](Self::respond) computes them.
     rigid: RigidMasses,
+    /// Springs around each rigid body.
+    springs: Vec<SpringSum>,
+    /// Factor of the masses of rigid bodies.
+    factor: f64,
     /// Joints between rigid cells.
     bonds: BondSprings,
     pub(crate) contact_masses: ContactMasses,
@@ -124,7 +129,10 @@ impl Preconditioner {
     ) -> Result<Self, RunError> {
         let couplings: Vec<Coupling> = model.assembly.elements.iter().map(coupling).collect();
         let contact_model = model.contact.as_ref().filter(|_| contact_masses.exist());
-        let bonds = bond_bounds(model, &contact_masses);
+        let has_springs = |block: usize| {
+            !model.geometry.is_rigid(block) || is_part_of(model, &contact_masses.cells, block)
+        };
+        let bonds = bond_bounds(model, &contact_masses, &has_springs);
         let around = MassContext {
             model,
             couplings: &couplings,
@@ -135,7 +143,7 @@ impl Preconditioner {
         };
         let packs = 0..model.packs.packs.len();
         let beside = packs.into_par_iter().map(|pack| beside(model, pack)).collect();
-        let mut preconditioner = Self { beside, ..Self::default() };
+        let mut preconditioner = Self { beside, factor: 1.0, ..Self::default() };
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         let packs = &model.packs.packs;
         preconditioner.of_pack = vec![NO_CLASS; packs.len()];
@@ -151,15 +159,14 @@ impl Preconditioner {
             }
         }
         let patches = patches_of_bodies(model);
-        let (rigid, springs) = RigidMasses::new(around, &patches);
-        preconditioner.bonds = BondSprings::new(model, &rigid, &patches);
-        preconditioner.rigid = rigid;
-        let joints_are_known = preconditioner.bonds.are_all(model);
-        let smooth = contact_masses.smooth && joints_are_known && !has_deformable_cells(model);
-        preconditioner.smooth = smooth
-            .then(|| SmoothMotions::new(model, held, &preconditioner.rigid, &springs))
-            .flatten();
+        (preconditioner.rigid, preconditioner.springs) = RigidMasses::new(around, &patches);
+        preconditioner.bonds = BondSprings::new(model, &preconditioner.rigid, &patches);
         preconditioner.contact_masses = contact_masses;
+        preconditioner.find_smooth_motions(model, held);
+        if patches.is_empty() {
+            // Contacts are added to the masses of cells alone.
+            preconditioner.springs = Vec::new();
+        }
         Ok(preconditioner)
     }
 
@@ -200,6 +207,7 @@ impl Preconditioner {
 
     /// Multiplies all inverse masses by a factor.
     fn scale(&mut self, factor: f64) {
+        self.factor *= factor;
         for row in self.classes.iter_mut().flat_map(|class| &mut class.rows) {
             row.0.iter_mut().for_each(|x| *x *= factor);
         }
@@ -244,41 +252,6 @@ impl Preconditioner {
         }
         forces
     }
-}
-
-/// Upper bounds of the stiffness of springs at each node of parts of cells `[N/m]`, the two sides and
-/// tied nodes together: joints and contacts of deformable cells, and contacts of rigid ones. A matrix
-/// `k A w wᵀ` of a point with weights w, whose sizes sum to 2, is at most the diagonal matrix of
-/// `2 k A w`.
-fn bond_bounds(model: &Model, contact_masses: &ContactMasses) -> Vec<f64> {
-    let geometry = &model.geometry;
-    let Some(contact) = model.contact.as_ref().filter(|_| model.has_cells()) else {
-        return Vec::new();
-    };
-    let mut bounds = vec![0.0; model.n_nodes()];
-    let meets = (contact_masses.exist() && contact.search).then_some(&contact.surfaces);
-    let has_springs = |node: usize| {
-        let block = geometry.block_of(node);
-        let touches = |part: &PartShape| contact_masses.cells.binary_search(&part.cell).is_ok();
-        !geometry.is_rigid(block) || geometry.part(block).is_some_and(touches)
-    };
-    let bonds = bounds_at_nodes(&model.bonded_patches, meets, &contact.blocks, geometry);
-    for (node, [stiffness, _]) in bonds.into_iter().enumerate() {
-        if stiffness > 0.0 && has_springs(node) {
-            bounds[node] = 2.0 * stiffness;
-        }
-    }
-    for group in model.geometry.tied_deformable() {
-        let sum: f64 = group.iter().map(|&node| bounds[node as usize]).sum();
-        group.iter().for_each(|&node| bounds[node as usize] = sum);
-    }
-    bounds
-}
-
-/// True if some cells are deformable.
-fn has_deformable_cells(model: &Model) -> bool {
-    let is_cell = |block: u32| model.geometry.part(block as usize).is_some();
-    model.packs.packs.iter().any(|pack| !pack.rigid && is_cell(pack.blocks[0]))
 }
 
 /// Indices of the cells above in [`Preconditioner::beside`], by direction.

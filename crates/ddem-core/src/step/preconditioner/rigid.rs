@@ -72,15 +72,32 @@ impl RigidMasses {
         let all = several.len() + masses.blocks.len();
         let of_body = |body: usize| {
             let parts = masses.parts(model, body);
-            let springs = match patches.get(body) {
-                Some(patches) => SpringSum::of_cell(around, parts, patches),
-                None => SpringSum::of_block(around, &parts[0]),
-            };
-            (BodyMass::new(around, parts, &springs.stiffness), springs)
+            match patches.get(body) {
+                Some(patches) => BodyMass::of_cell(around, parts, patches),
+                None => {
+                    let springs = SpringSum::of_block(around, &parts[0]);
+                    (BodyMass::new(around, parts, &springs.stiffness), springs)
+                }
+            }
         };
         let (of_bodies, springs) = (0..all).into_par_iter().map(of_body).unzip();
         masses.masses = of_bodies;
         (masses, springs)
+    }
+
+    /// Renews the mass of a cell and multiplies it by a factor. Returns the springs around the cell.
+    pub(super) fn renew(
+        &mut self,
+        around: MassContext<'_>,
+        body: usize,
+        patches: &[BodyPatch],
+        factor: f64,
+    ) -> SpringSum {
+        let parts = self.parts(around.model, body);
+        let (mut mass, springs) = BodyMass::of_cell(around, parts, patches);
+        mass.inverse *= factor;
+        self.masses[body] = mass;
+        springs
     }
 
     /// Number of bodies.
@@ -162,6 +179,16 @@ impl RigidMasses {
 }
 
 impl BodyMass {
+    /// Mass of a cell, and the springs around it.
+    fn of_cell(
+        around: MassContext<'_>,
+        parts: &[BodyPart],
+        patches: &[BodyPatch],
+    ) -> (Self, SpringSum) {
+        let springs = SpringSum::of_cell(around, parts, patches);
+        (Self::new(around, parts, &springs.stiffness), springs)
+    }
+
     fn new(around: MassContext<'_>, parts: &[BodyPart], stiffness: &Matrix6<f64>) -> Self {
         let MassContext { model, held, .. } = around;
         let size = part_properties(model, &parts[0]).size();
