@@ -161,7 +161,7 @@ fn words() -> Vec<String> {
 fn check(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     let (deck, source) = ddem_deck::read(&args.deck)?;
     let building = BuildDisplay::start(&Screen::new(args.quiet), false);
-    let report = run::inspect_telling(&deck, &source, &building.progress())?;
+    let report = run::inspect_with_progress(&deck, &source, &building.progress())?;
     drop(building);
     if args.quiet {
         return Ok(CommandOutcome::Done);
@@ -186,7 +186,7 @@ fn cut(args: &CutArguments) -> Result<CommandOutcome, CommandFailure> {
     let screen = Screen::new(false);
     let building = BuildDisplay::start(&screen, false);
     let rock = deck
-        .cut_regions_telling(&building.progress())
+        .cut_regions_with_progress(&building.progress())
         .map_err(|error| DeckError::from_faults(&source, error.faults))?;
     drop(building);
     let added = rock.added_inertia();

@@ -27,7 +27,7 @@ pub use drive::run;
 pub use failure::RunFailure;
 pub use open_stage::{OpenStage, StageStatus};
 pub use plan::Plan;
-pub use report::{Report, inspect, inspect_telling};
+pub use report::{Report, inspect, inspect_with_progress};
 pub use session::{Session, model_name};
 pub use tracker::Tracker;
 

@@ -65,7 +65,7 @@ impl Deck {
     ///
     /// All mistakes of the regions and cuts; each [`Fault`] names the key it is about.
     pub fn cut_regions(&self) -> Result<CutRock, ModelError> {
-        self.cut_regions_telling(&BuildProgress::default())
+        self.cut_regions_with_progress(&BuildProgress::default())
     }
 
     /// As [`cut_regions`](Self::cut_regions), with the progress for other threads.
@@ -73,7 +73,10 @@ impl Deck {
     /// # Errors
     ///
     /// Those of [`cut_regions`](Self::cut_regions).
-    pub fn cut_regions_telling(&self, progress: &BuildProgress) -> Result<CutRock, ModelError> {
+    pub fn cut_regions_with_progress(
+        &self,
+        progress: &BuildProgress,
+    ) -> Result<CutRock, ModelError> {
         let faults = crate::check::check_cuts(self);
         if !faults.is_empty() {
             return Err(ModelError { faults });

@@ -135,7 +135,7 @@ impl fmt::Display for Report {
 ///
 /// The deck has mistakes, or its model does not fit in memory.
 pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
-    inspect_telling(deck, source, &BuildProgress::default())
+    inspect_with_progress(deck, source, &BuildProgress::default())
 }
 
 /// As [`inspect`], with the progress for other threads.
@@ -143,7 +143,7 @@ pub fn inspect(deck: &Deck, source: &Source) -> Result<Report, RunFailure> {
 /// # Errors
 ///
 /// Those of [`inspect`].
-pub fn inspect_telling(
+pub fn inspect_with_progress(
     deck: &Deck,
     source: &Source,
     progress: &BuildProgress,
