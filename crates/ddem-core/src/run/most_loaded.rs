@@ -70,7 +70,11 @@ impl Simulation {
             return false;
         }
         self.state.v.fill(Lanes::ZERO);
-        let fails = self.fail_pairs(FailureCheck::MostLoaded { joints, least: 1.0 }, releases);
+        let check = match releases {
+            true => FailureCheck::Overloaded,
+            false => FailureCheck::MostLoaded { joints, least: 1.0 },
+        };
+        let fails = self.fail_pairs(check, releases);
         if fails {
             // The motion up to here led from equilibrium to equilibrium.
             self.keep_slip(true);
