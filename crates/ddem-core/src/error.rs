@@ -22,7 +22,7 @@ pub struct MovingBlock {
     pub block: usize,
     /// Magnitude of the mean displacement of its nodes in the stage `[m]`.
     pub distance: f64,
-    /// Direction of that displacement, a unit vector.
+    /// Direction of its motion since pairs last failed in the stage, a unit vector.
     pub direction: [f64; 3],
 }
 

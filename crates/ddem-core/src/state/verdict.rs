@@ -127,7 +127,8 @@ impl State {
         farthest.unwrap_or_default()
     }
 
-    /// Blocks that have moved since the last event, by decreasing displacement in the stage.
+    /// Blocks that have moved since the last event, by decreasing displacement in the stage, with the direction of the
+    /// motion since the event.
     pub(crate) fn moving(&self, model: &Model) -> Vec<MovingBlock> {
         let [first, last] = &self.watch.displacements;
         let now = displacements(model, self);
@@ -139,14 +140,13 @@ impl State {
             existing().filter(|&block| most > 0.0 && motion(last, block).norm() >= MOVES * most);
         let mut moving: Vec<MovingBlock> = moves
             .map(|block| {
-                let motion = motion(first, block);
-                let direction = motion.try_normalize(0.0).unwrap_or_default();
+                let direction = motion(last, block).try_normalize(0.0).unwrap_or_default();
                 // This avoids −0.00 in messages.
                 let direction = direction.map(|d| if d.abs() < 5e-3 { 0.0 } else { d }).into();
                 MovingBlock {
                     set: model.set_name(block),
                     block,
-                    distance: motion.norm(),
+                    distance: motion(first, block).norm(),
                     direction,
                 }
             })
