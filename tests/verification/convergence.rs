@@ -2,12 +2,14 @@
 
 use super::record::Tolerance::Relative;
 use super::record::{between, check, of};
-use super::shared::{example, run};
+use super::shared::{edited, example, run};
+
+/// Exact u_z at the centre of a sagging square shaft `[m]`, from its series.
+const SAG: f64 = -0.0736713533 * 2400.0 * 10.0 / 7.2e9;
 
 #[test]
 fn error_decreases_with_square_of_element_size() {
-    // A sagging square shaft, its series and the bilinear values to nine digits.
-    let exact = -0.0736713533 * 2400.0 * 10.0 / 7.2e9;
+    // The values of bilinear elements to nine digits.
     let decks = ["v15_convergence_n2", "v15_convergence_n4", "v15_convergence_n8"];
     let bilinear = [-3.125e-7, -2.5892857e-7, -2.4866100e-7];
     let found = decks.map(|deck| run(&example(deck)).last("centre.z"));
@@ -15,9 +17,25 @@ fn error_decreases_with_square_of_element_size() {
         let what = "u_z at the centre, bilinear elements [m]";
         check(of(decks[i]), what, bilinear[i], found[i], Relative(1e-6));
     }
-    let order = |i: usize| ((found[i] - exact) / (found[i + 1] - exact)).log2();
+    let order = |i: usize| ((found[i] - SAG) / (found[i + 1] - SAG)).log2();
     between(of(decks[1]), "order in h, n = 2 to 4", order(0), [1.9, 2.5]);
     between(of(decks[2]), "order in h, n = 4 to 8", order(1), [1.9, 2.2]);
+}
+
+#[test]
+fn error_decreases_with_square_of_element_size_of_cells() {
+    let case = of("cells_sag");
+    let text = example(case.deck);
+    let divisions = [2, 4, 8, 16];
+    let error = divisions.map(|n| {
+        let text = edited(&text, "divisions = 2", &format!("divisions = {n}"));
+        run(&text).last("centre.z") - SAG
+    });
+    let order = |i: usize| (error[i] / error[i + 1]).log2();
+    for (i, within) in [[1.75, 2.25], [1.9, 2.2], [1.9, 2.1]].into_iter().enumerate() {
+        let what = format!("order in h, n = {} to {}", divisions[i], divisions[i + 1]);
+        between(case, &what, order(i), within);
+    }
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Inertia that thin cells of regions have beside their mass.
+//! Inertia that thin cells of regions have beside their mass, and time steps of cells.
 
 use ddem_core::Simulation;
 use ddem_deck::lint::{Code, Diagnostic};
@@ -79,4 +79,52 @@ fn added_inertia_is_that_of_the_kinetic_energy() {
     let built = rock_decks::built(&falling(1.0));
     let other = |warning: &Diagnostic| warning.code != Code::AddedInertia;
     assert!(built.warnings(&built.model()).iter().all(other));
+}
+
+/// Critical step of a box of rock with edges of 1 m, `length` metres long, and more of its deck.
+fn step_of_box(length: f64, more: &str) -> f64 {
+    let text = format!(
+        "
+[materials.granite]
+density = 2600.0
+young = 20e9
+poisson = 0.25
+[joints.seam]
+normal_stiffness = 1e9
+shear_stiffness = 1e9
+[[region]]
+box = {{ from = [0, 0, 0], to = [{length}, 1, 1] }}
+material = 'granite'
+small = {{ is = 'removed' }}
+{more}
+[[stage]]
+name = 'rest'
+kind = 'dynamic'
+duration = 1e-3
+"
+    );
+    let mut simulation = Simulation::new(rock_decks::built(&text).model());
+    simulation.critical_step().unwrap_or_else(|error| panic!("{error}"))
+}
+
+/// A face of a millimetre makes no elements of a millimetre: all elements of the cell meet in its middle.
+#[test]
+fn corner_that_is_cut_off_keeps_the_step() {
+    let corner = "[[cut]]
+plane = { points = [[0.999, 1, 1], [1, 0.999, 1], [1, 1, 0.999]] }
+joint = 'seam'";
+    let (whole, cut) = (step_of_box(1.0, ""), step_of_box(1.0, corner));
+    println!("{cut} s of {whole} s");
+    assert!(cut > 0.4 * whole, "{cut} s of {whole} s");
+}
+
+/// The largest eigenvalue of elements with common nodes is at most that of the stiffest element.
+#[test]
+fn ties_cost_no_step() {
+    let middle = "[[cut]]
+plane = { points = [[1, 0, 0], [1, 1, 0], [1, 0, 1]] }
+join = true";
+    let (cube, two) = (step_of_box(1.0, ""), step_of_box(2.0, middle));
+    println!("{two} s of {cube} s");
+    assert!(two >= cube * (1.0 - 1e-6), "{two} s of {cube} s");
 }
