@@ -22,11 +22,12 @@ impl Curve {
         Self { points, risen: height.last().expect("samples")[1] - pressed[1] }
     }
 
-    /// Peak stress before the first drop by a tenth.
+    /// Peak stress before the first drop by a tenth. The unbalanced forces of the stage before are noise.
     fn peak(&self) -> f64 {
+        let most = self.points.iter().fold(0.0, |most: f64, p| most.max(p[1]));
         let mut peak: f64 = 0.0;
         for [_, stress] in &self.points {
-            if *stress < 0.9 * peak {
+            if *stress < 0.9 * peak && peak > 1e-3 * most {
                 break;
             }
             peak = peak.max(*stress);
@@ -134,7 +135,7 @@ fn spring_joint_has_peak_and_residual_strength() {
 
 #[test]
 fn joint_of_cells_has_peak_and_residual_strength() {
-    dilates(of("cells_shear"), &[1e6, 5e6]);
+    dilates(of("cells_shear"), &[0.5e6, 1e6]);
 }
 
 /// Checks a rough spring joint between plates that keep their distance.
