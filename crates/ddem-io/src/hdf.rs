@@ -42,6 +42,10 @@ fn refused(
 ) -> OutputError {
     match OutputError::hdf5(path, operation, error) {
         OutputError::Format { error, .. } if mode != OpenMode::Create => {
+            // It may have been removed meanwhile.
+            if let Err(error) = fs::metadata(path) {
+                return OutputError::io(path, operation, error);
+            }
             let message = format!(
                 "the file is not a complete HDF5 file ({error}): restore it, or run from the start"
             );
