@@ -46,11 +46,12 @@ pub enum FailureCheck<'a> {
     None,
     /// Overloaded pairs fail.
     Overloaded,
-    /// Pairs of the most loaded joints fail that are overloaded by a factor.
+    /// Pairs of the most loaded joints fail if their load is large enough, and pairs of any joint that
+    /// shed no load.
     MostLoaded {
         /// Pairs of blocks of the joints, by pack and lane, sorted.
         joints: &'a [[(usize, usize); 2]],
-        /// Least overload of a pair that fails. Pairs that shed no load fail in any joint.
+        /// Least load of a pair that fails, relative to its strength.
         least: f64,
     },
 }

@@ -52,11 +52,11 @@ struct FaceForces {
 /// Overloaded bonded pairs of a relaxation.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Overloads {
-    /// Joints of those that shed load when they fail, with the divisor of the tractions at which the
-    /// pair does not fail.
-    pub(crate) joints: Vec<(usize, f64)>,
-    /// True if there are others, which shed no load.
-    pub(crate) others: bool,
+    /// Joint of each pair that sheds load when it fails, and the divisor of the tractions at which it
+    /// would just hold.
+    pub(crate) shedding: Vec<(usize, f64)>,
+    /// True if there are pairs that shed no load.
+    pub(crate) keeping: bool,
 }
 
 impl Snapshot<'_> {
@@ -91,8 +91,8 @@ impl Snapshot<'_> {
             .map(|pairs| self.overloads_of(pairs))
             .collect();
         overloads.into_iter().fold(Overloads::default(), |sum, more| Overloads {
-            joints: [sum.joints, more.joints].concat(),
-            others: sum.others || more.others,
+            shedding: [sum.shedding, more.shedding].concat(),
+            keeping: sum.keeping || more.keeping,
         })
     }
 
@@ -106,9 +106,9 @@ impl Snapshot<'_> {
                 let own = view.axes.tr_mul(&view.traction);
                 let overload = law.overload(own.x, own.yz().norm());
                 if overload > 1.0 && law.sheds_load() {
-                    overloads.joints.push((model.joint_of(pair), overload));
+                    overloads.shedding.push((model.joint_of(pair), overload));
                 }
-                overloads.others |= overload > 1.0 && !law.sheds_load();
+                overloads.keeping |= overload > 1.0 && !law.sheds_load();
             }
         });
         overloads

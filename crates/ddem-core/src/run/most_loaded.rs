@@ -25,14 +25,14 @@ const CLEAR_OVERLOAD: f64 = 1.02;
 type WholeJoint = [usize; 2];
 
 impl Simulation {
-    /// Fails the overloaded pairs of the most loaded joint of each place; returns true if any failed, so
-    /// that the relaxation begins from rest.
+    /// Fails the overloaded pairs of the most loaded joint of each place. Returns true if the relaxation
+    /// begins anew from rest.
     ///
     /// The first pairs fail near equilibrium, so that no overshoot causes failure. A failure then
     /// changes the loads around it within few steps, and those far away slowly and little. Pairs that
     /// are clearly overloaded therefore fail as soon as the largest load around them has settled, the
-    /// others at the next equilibrium. Pairs that shed no load do not change the loads when they fail,
-    /// and do not wait until these have settled.
+    /// others at the next equilibrium. Pairs that shed no load relieve
+    /// nothing when they fail, and do not wait until the loads have settled.
     pub(super) fn fails_now(&mut self, progress: &mut RelaxationProgress, tolerance: f64) -> bool {
         let near = tolerance.max(if progress.failure_checked { 0.0 } else { NEAR });
         let balanced = self.last.ratio() <= near && progress.has_stopped(near);
@@ -40,20 +40,20 @@ impl Simulation {
             return false;
         }
         let failed = self.state.failed;
-        let Overloads { joints, others } = self.as_measured().overloads();
-        let joints = self.whole_joints(joints);
+        let Overloads { shedding, keeping } = self.as_measured().overloads();
+        let joints = self.whole_joints(shedding);
         let around = self.largest_around(&joints);
         let fails = if balanced {
             progress.failure_checked = true;
             let state = &mut *self.state;
             state.watch.note_near_equilibrium(state.steps);
             let most_loaded = self.most_loaded(&joints, &around);
-            self.fail_at_equilibrium(&most_loaded, others)
+            self.fail_at_equilibrium(&most_loaded, keeping)
         } else {
             let settled = settled(&progress.overloads, &around);
             let most_loaded = self.most_loaded(&joints, &settled);
             progress.overloads = around;
-            self.fail_at_look(&most_loaded, others)
+            self.fail_at_look(&most_loaded, keeping)
         };
         if self.state.failed != failed {
             progress.fails_on = true;
@@ -62,10 +62,11 @@ impl Simulation {
         fails
     }
 
-    /// Fails overloaded pairs of some joints, and `others` that shed no load, at an equilibrium. Rotated
-    /// joints release their bonded pairs when nothing is overloaded. Returns true if any failed.
-    fn fail_at_equilibrium(&mut self, joints: &[[(usize, usize); 2]], others: bool) -> bool {
-        let releases = joints.is_empty() && !others;
+    /// Fails overloaded pairs of some joints, and those that shed no load if there are such (`keeping`),
+    /// at an equilibrium. Rotated joints release their bonded pairs when nothing is overloaded. Returns
+    /// true if any failed.
+    fn fail_at_equilibrium(&mut self, joints: &[[(usize, usize); 2]], keeping: bool) -> bool {
+        let releases = joints.is_empty() && !keeping;
         if releases && !self.as_measured().has_rotated_joints() {
             return false;
         }
@@ -82,10 +83,10 @@ impl Simulation {
         fails
     }
 
-    /// Fails overloaded pairs of some joints, and `others` that shed no load, at a look. Returns true if
-    /// pairs of the joints may have failed.
-    fn fail_at_look(&mut self, joints: &[[(usize, usize); 2]], others: bool) -> bool {
-        if joints.is_empty() && !others {
+    /// Fails clearly overloaded pairs of some joints, and those that shed no load if there are such
+    /// (`keeping`), at a look. Returns true if pairs of the joints may have failed.
+    fn fail_at_look(&mut self, joints: &[[(usize, usize); 2]], keeping: bool) -> bool {
+        if joints.is_empty() && !keeping {
             return false;
         }
         let check = FailureCheck::MostLoaded { joints, least: CLEAR_OVERLOAD };

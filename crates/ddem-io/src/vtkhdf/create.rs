@@ -41,7 +41,7 @@ pub(super) fn create(
     let root = file.create_group("VTKHDF")?;
     root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 2])?;
     word_attribute(&root, "Type", b"UnstructuredGrid")?;
-    // What is written once has a checksum in any case.
+    // Arrays that are written once always have a checksum.
     let once = |rows: usize| mesh.map_or(CLOUD, |_| Storage { checksum: true, ..storage(rows) });
     let (points, cells, corners) = mesh
         .map_or((0, 0, 0), |(grid, _)| (grid.points.len(), grid.cells.len(), grid.cells.shape().0));
