@@ -32,6 +32,8 @@ pub enum Formulation {
     Standard,
     /// Trilinear with the Wilson–Taylor incompatible modes, condensed.
     Incompatible,
+    /// Constant strain by the mean gradient, the rest as in the parallelepiped of the centre.
+    MeanStrain,
 }
 
 /// The stiffness matrix of an element with the given node positions.
@@ -40,6 +42,9 @@ pub fn stiffness(
     material: &OracleMaterial,
     formulation: Formulation,
 ) -> ElementMatrix {
+    if formulation == Formulation::MeanStrain {
+        return mean_strain_stiffness(nodes, material);
+    }
     let elasticity = elasticity(material);
     let centre = jacobian(nodes, [0.0; 3]);
     let (centre_inverse, centre_volume) = (inverse(&centre), centre.determinant());
@@ -64,6 +69,47 @@ pub fn stiffness(
     }
     let condensed = modes.cholesky().expect("incompatible modes are stiff").solve(&coupling);
     compatible - coupling.transpose() * condensed
+}
+
+/// The stiffness of constant strain by the mean gradient `∇̄N = ∫ ∇N dV / V`. What is left of a
+/// displacement after its mean gradient is taken off, in the modes ξη, ξζ, ηζ and ξηζ, meets the
+/// stiffness of the parallelepiped with the Jacobian of the centre, scaled to the volume.
+fn mean_strain_stiffness(nodes: &[Vector3<f64>; 8], material: &OracleMaterial) -> ElementMatrix {
+    let volume = volume(nodes);
+    let mut gradients = [Vector3::zeros(); 8];
+    for point in gauss_points() {
+        let jacobian = jacobian(nodes, point);
+        let pull_back = inverse(&jacobian).transpose() * (jacobian.determinant() / volume);
+        for (gradient, corner) in gradients.iter_mut().zip(&CORNERS) {
+            *gradient += pull_back * shape_gradient(corner, point);
+        }
+    }
+    let mut strain = StrainMatrix::zeros();
+    for (node, component) in (0..8).flat_map(|node| (0..3).map(move |i| (node, i))) {
+        strain.set_column(3 * node + component, &strain_of(&gradients[node], component));
+    }
+
+    // Displacement without its mean gradient, by nodes; then its part in the higher modes.
+    let rest = SMatrix::<f64, 8, 8>::from_fn(|a, b| {
+        (if a == b { 1.0 } else { 0.0 }) - nodes[a].dot(&gradients[b])
+    });
+    let mode = |corner: &[f64; 3], powers: [usize; 3]| -> f64 {
+        (0..3).filter(|&axis| powers[axis] == 1).map(|axis| corner[axis]).product()
+    };
+    let higher = [[1, 1, 0], [1, 0, 1], [0, 1, 1], [1, 1, 1]];
+    let projection = SMatrix::<f64, 8, 8>::from_fn(|a, b| {
+        higher.iter().map(|&m| mode(&CORNERS[a], m) * mode(&CORNERS[b], m) / 8.0).sum()
+    });
+    let nodal = projection * rest;
+    let left = ElementMatrix::from_fn(|row, column| match row % 3 == column % 3 {
+        true => nodal[(row / 3, column / 3)],
+        false => 0.0,
+    });
+    let centre = jacobian(nodes, [0.0; 3]);
+    let affine = CORNERS.map(|corner| centre * Vector3::from(corner));
+    let bending = stiffness(&affine, material, Formulation::Standard);
+    strain.transpose() * (elasticity(material) * strain) * volume
+        + left.transpose() * bending * left * (volume / (8.0 * centre.determinant()))
 }
 
 /// The volume of an element.

@@ -41,7 +41,8 @@ pub struct Mesh {
     pub nodes: Vec<Vector3<f64>>,
     /// The elements.
     pub elements: Vec<Hexahedron>,
-    /// The node at each point of the lattice of nodes, x fastest; none in removed blocks.
+    /// The node at each point of the lattice of nodes, x fastest; none in removed blocks. Empty for a
+    /// mesh that is no lattice.
     pub(super) grid: Vec<Option<usize>>,
     /// Lattice coordinates of the nodes along each axis.
     pub(super) stations: [Vec<f64>; 3],
@@ -50,6 +51,17 @@ pub struct Mesh {
 }
 
 impl Mesh {
+    /// A mesh of block elements that is no lattice.
+    pub fn of_hexahedra(
+        nodes: Vec<Vector3<f64>>,
+        hexahedra: impl IntoIterator<Item = [usize; 8]>,
+        material: OracleMaterial,
+    ) -> Self {
+        let element = |nodes| Hexahedron { kind: LatticePart::Body, nodes, material, block: None };
+        let elements = hexahedra.into_iter().map(element).collect();
+        Self { nodes, elements, grid: Vec::new(), stations: Default::default(), divisions: 1 }
+    }
+
     /// Number of degrees of freedom.
     pub fn dofs(&self) -> usize {
         3 * self.nodes.len()
@@ -141,6 +153,9 @@ impl Mesh {
 
     /// Nodes connected by joints, strips or corners: sets of 1, 2, 4 or 8, ascending.
     pub fn clusters(&self) -> Vec<Vec<usize>> {
+        if self.grid.is_empty() {
+            return (0..self.nodes.len()).map(|node| vec![node]).collect();
+        }
         let mut gathered = vec![Vec::new(); self.grid.len()];
         let per_block: [Vec<usize>; 3] = [0, 1, 2].map(|axis| self.vertex_of_station(axis));
         let size = self.grid_size();

@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, reason = "errors that were found, shown by --nocapture")]
 
 mod cavity;
+mod cells;
 #[path = "../fem/mod.rs"]
 mod fem;
 mod sample;
