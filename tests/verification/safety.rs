@@ -70,8 +70,10 @@ fn rigid_block_slope_is_decided() {
     simulation.relax(1e-5, 20_000).expect("it stands");
     let search =
         SafetySearch { bracket: [1.0, 1.1197], resolution: 0.2, ..SafetySearch::default() };
-    let found = simulation.factor_of_safety(&search, &|_| {}).expect("two trials");
+    let found = simulation.factor_of_safety(&search, &|_| {}).expect("four trials");
     let verdicts: Vec<_> = found.trials.iter().map(|trial| trial.verdict).collect();
-    assert_eq!(verdicts, [Verdict::AtRest, Verdict::Fails]);
+    assert_eq!(verdicts[0], Verdict::AtRest);
+    assert_eq!(verdicts.last(), Some(&Verdict::Fails));
+    assert!(!verdicts.contains(&Verdict::Undecided), "{verdicts:?}");
     assert!(found.trials.iter().all(|trial| trial.steps < 30_000), "{:?}", found.trials);
 }

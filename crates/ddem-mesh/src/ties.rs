@@ -1,8 +1,13 @@
 //! Ties: nodes of several blocks at one place that move as one (§1).
 
+use rayon::prelude::*;
+
 use crate::Geometry;
 use crate::pack::Packs;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
+
+/// Groups of tied nodes of one task.
+const TOGETHER: usize = 512;
 
 /// Groups of tied nodes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -70,17 +75,22 @@ impl Ties {
 impl Geometry {
     /// Groups of tied nodes of blocks that have not been removed.
     pub fn tied(&self) -> impl Iterator<Item = Vec<u32>> {
-        self.ties.groups().filter_map(|group| {
-            let exists = |node: &&u32| !self.is_removed(self.block_of(**node as usize));
-            let left: Vec<u32> = group.iter().filter(exists).copied().collect();
-            (left.len() > 1).then_some(left)
-        })
+        self.ties.groups().filter_map(|group| self.left_of(group))
+    }
+
+    /// Tied nodes of a group whose blocks have not been removed, if they are several.
+    fn left_of(&self, group: &[u32]) -> Option<Vec<u32>> {
+        let exists = |node: &&u32| !self.is_removed(self.block_of(**node as usize));
+        let left: Vec<u32> = group.iter().filter(exists).copied().collect();
+        (left.len() > 1).then_some(left)
     }
 
     /// Groups of tied nodes of deformable blocks, whose forces are summed; rigid bodies sum their
     /// wrenches.
     pub fn tied_deformable(&self) -> impl Iterator<Item = Vec<u32>> {
-        self.tied().filter(|group| !self.is_rigid(self.block_of(group[0] as usize)))
+        // The nodes of a group are all of rigid blocks, or all of deformable ones.
+        let is_deformable = |group: &&[u32]| !self.is_rigid(self.block_of(group[0] as usize));
+        self.ties.groups().filter(is_deformable).filter_map(|group| self.left_of(group))
     }
 
     /// Mass of each node and its three diagonal stiffnesses, summed over the nodes that it is tied to;
@@ -102,28 +112,27 @@ impl Geometry {
     }
 }
 
-/// Copy of a tied node in the nodal fields.
-#[derive(Clone, Copy, Debug)]
-struct TiedCopy {
-    /// Index of the x component in a nodal field.
-    at: u32,
-    lane: u32,
-    /// Number of its group.
-    group: u32,
-}
-
-/// Ties of the blocks that exist, by their slots in the nodal fields. The copies of a node sum
-/// the forces of all of them in one order, and so have equal bits.
+/// Ties of the blocks that exist, by their slots in the nodal fields. The copies of a node get the sum
+/// over all of them, in one order, and so have equal bits.
 #[derive(Clone, Debug, Default)]
 pub struct TiedSlots {
     /// Copies, group after group.
-    copies: Vec<TiedCopy>,
+    copies: Vec<Slot>,
     /// First copy of each group, shape `(groups + 1)`.
     starts: Vec<u32>,
-    /// Numbers of the copies of each pack.
-    own: Vec<u32>,
-    /// First of these numbers of each pack, shape `(packs + 1)`.
+    /// Copies of each pack, with their groups.
+    own: Vec<(Slot, u32)>,
+    /// First of these copies of each pack, shape `(packs + 1)`.
     pack_starts: Vec<u32>,
+}
+
+/// Copy of a tied node: index of its x component in a nodal field, times [`LANES`], plus its lane.
+type Slot = u32;
+
+/// Index of the x component of a copy, and its lane.
+#[inline(always)]
+fn at(slot: Slot) -> (usize, usize) {
+    (slot as usize / LANES, slot as usize % LANES)
 }
 
 impl TiedSlots {
@@ -138,16 +147,16 @@ impl TiedSlots {
         for (group, nodes) in geometry.tied_deformable().enumerate() {
             for node in nodes {
                 let slot = packs.node_slot(geometry, node as usize);
-                of_pack.push((slot.pack, slots.copies.len() as u32));
-                let (at, lane) = (slot.at, u32::from(slot.lane));
-                slots.copies.push(TiedCopy { at, lane, group: group as u32 });
+                let copy = slot.at * LANES as u32 + u32::from(slot.lane);
+                of_pack.push((slot.pack, copy, group as u32));
+                slots.copies.push(copy);
             }
             slots.starts.push(slots.copies.len() as u32);
         }
         of_pack.sort_unstable();
-        let start = |pack: usize| of_pack.partition_point(|(own, _)| *own < pack) as u32;
+        let start = |pack: usize| of_pack.partition_point(|(own, ..)| *own < pack) as u32;
         slots.pack_starts = (0..=packs.packs.len()).map(start).collect();
-        slots.own = of_pack.into_iter().map(|(_, copy)| copy).collect();
+        slots.own = of_pack.into_iter().map(|(_, copy, group)| (copy, group)).collect();
         slots
     }
 
@@ -158,33 +167,33 @@ impl TiedSlots {
         self.copies.is_empty()
     }
 
-    /// Numbers of the copies of each group.
-    fn group(&self, group: u32) -> &[TiedCopy] {
-        let [from, to] = [group, group + 1].map(|at| self.starts[at as usize] as usize);
-        &self.copies[from..to]
+    /// Computes the sums of a nodal field over the copies of each tied node, shape `(groups, 3)`.
+    pub fn sum(&self, field: &[Lanes], sums: &mut Vec<[f64; 3]>) {
+        let groups = (1..self.starts.len()).into_par_iter().with_min_len(TOGETHER);
+        let sum = groups.map(|end| {
+            let copies = self.starts[end - 1] as usize..self.starts[end] as usize;
+            let mut sum = [0.0; 3];
+            for &copy in &self.copies[copies] {
+                let (at, lane) = at(copy);
+                (0..3).for_each(|c| sum[c] += field[at + c].0[lane]);
+            }
+            sum
+        });
+        sum.collect_into_vec(sums);
     }
 
-    /// Sets `own` to the values of a nodal field `all` in a pack, which begin at index `first`. Tied nodes
-    /// get the sums over all copies.
-    pub fn sum(&self, pack: usize, all: &[Lanes], first: usize, own: &mut [Lanes]) {
-        own.copy_from_slice(&all[first..first + own.len()]);
+    /// Sets the tied nodes of a pack in a nodal field, which begins at index `first`, to their sums.
+    pub fn share(&self, pack: usize, sums: &[[f64; 3]], first: usize, own: &mut [Lanes]) {
         let [from, to] = [pack, pack + 1].map(|at| self.pack_starts[at] as usize);
-        for &number in &self.own[from..to] {
-            let TiedCopy { at, lane, group } = self.copies[number as usize];
-            for c in 0..3 {
-                let copies = self.group(group).iter();
-                let value =
-                    |copy: &TiedCopy| all[copy.at as usize + c].0[copy.lane as usize % LANES];
-                own[at as usize + c - first].0[lane as usize % LANES] =
-                    copies.map(value).fold(0.0, |sum, value| sum + value);
-            }
+        for &(copy, group) in &self.own[from..to] {
+            let (at, lane) = at(copy);
+            (0..3).for_each(|c| own[at + c - first].0[lane] = sums[group as usize][c]);
         }
     }
 
     /// Memory in use `[bytes]`.
     #[must_use]
     pub fn bytes(&self) -> usize {
-        self.copies.len() * size_of::<TiedCopy>()
-            + 4 * (self.starts.len() + self.own.len() + self.pack_starts.len())
+        4 * (self.copies.len() + self.starts.len() + self.pack_starts.len()) + 8 * self.own.len()
     }
 }

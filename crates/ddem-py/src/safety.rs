@@ -49,7 +49,7 @@ impl PySimulation {
     /// Warning about a first relaxation that was undecided after `steps`.
     fn _undecided(&self, py: Python<'_>, steps: u64) -> PyResult<Option<String>> {
         let message = format!(
-            "the model is not in equilibrium after {steps} steps: trials start from the model as built"
+            "the model is not in equilibrium after {steps} steps: the search starts from the model as built"
         );
         let help = "give a simulation in equilibrium";
         let warning = Diagnostic::warning(Code::NotInEquilibrium, "model", message, help);

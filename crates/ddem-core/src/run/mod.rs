@@ -75,6 +75,9 @@ pub struct Simulation {
     /// Relative motion of neighbours at which a continuing motion counts as failure in a
     /// relaxation, as a fraction of an edge.
     pub(crate) far: f64,
+    /// Tolerance for the path of the last steps at which a relaxation is at rest, if it is above that
+    /// of the forces.
+    pub(crate) still: f64,
     /// True in the failing trial of a factor of safety.
     pub(crate) failing: bool,
     /// Damping of the motion.
@@ -125,6 +128,7 @@ impl Simulation {
             started: false,
             measured: Measured::default(),
             far: FAR,
+            still: 0.0,
             failing: false,
             damping: Damping::None,
             failure_suspended: false,

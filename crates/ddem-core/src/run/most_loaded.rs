@@ -35,7 +35,7 @@ impl Simulation {
     /// nothing when they fail, and do not wait until the loads have settled.
     pub(super) fn fails_now(&mut self, progress: &mut RelaxationProgress, tolerance: f64) -> bool {
         let near = tolerance.max(if progress.failure_checked { 0.0 } else { NEAR });
-        let balanced = self.last.ratio() <= near && progress.has_stopped(near);
+        let balanced = self.last.ratio() <= near && progress.has_stopped(near.max(self.still));
         if !self.model.can_fail() || !(balanced || looks(progress)) {
             return false;
         }
@@ -78,6 +78,7 @@ impl Simulation {
         let fails = self.fail_pairs(check, releases);
         if fails {
             // The motion up to here led from equilibrium to equilibrium.
+            self.regain_cohesion();
             self.keep_slip(true);
         }
         fails

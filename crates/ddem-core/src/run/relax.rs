@@ -92,6 +92,12 @@ impl Simulation {
         self.state.contacts.set_equilibrium(now);
     }
 
+    /// Gives closed faces that have parted their residual cohesion again, in an equilibrium.
+    pub(super) fn regain_cohesion(&mut self) {
+        self.state.broken_joints.regain_cohesion();
+        self.state.contacts.regain_cohesion();
+    }
+
     /// Continues a relaxation from a checkpoint.
     pub(super) fn continue_relaxation(&mut self, progress: RelaxationProgress) {
         if progress.increments > 1 {
@@ -176,7 +182,8 @@ impl Simulation {
         let is_checked = self.state.steps.is_multiple_of(ROUNDING_CHECK_INTERVAL);
         let at_rest = progress.has_stopped(AT_REST);
         let unloaded = is_checked && self.check_rounding(progress, tolerance, at_rest)?;
-        let stopped = progress.has_stopped(tolerance) || progress.rounded >= ROUNDING_CHECKS;
+        let still = progress.has_stopped(tolerance.max(self.still));
+        let stopped = still || progress.rounded >= ROUNDING_CHECKS;
         if unloaded || (sums.ratio() <= tolerance && stopped) {
             return Ok(self.end_increment(progress));
         }
@@ -219,6 +226,7 @@ impl Simulation {
     /// Ends an increment in equilibrium, and begins the next one if there is one.
     fn end_increment(&mut self, progress: &mut RelaxationProgress) -> Relaxed {
         let done = progress.increment;
+        self.regain_cohesion();
         self.note_stresses();
         self.state.v.fill(Lanes::ZERO);
         self.state.load_factors.clone_from(&self.view.factors);

@@ -56,8 +56,8 @@ struct ForcesOfOthers<'a> {
     joints: NeighbourForces<'a>,
     contacts: &'a Contacts,
     bodies: &'a [BodyStep],
-    /// Complete forces on all nodes, before those of tied nodes are summed; empty without ties.
-    untied: &'a [Lanes],
+    /// Sums of the complete forces on tied nodes; empty without ties.
+    tied: &'a [[f64; 3]],
 }
 
 /// Fields of the second pass, of a run of packs.
@@ -126,7 +126,7 @@ fn second_pass(
             dispatch!(level, simd => run_collect(simd, context, others, run, fields));
         });
         scratch.step_bodies(context, motions.poses.get());
-        scratch.keep_untied(context.model);
+        scratch.sum_ties(context.model);
     }
     spread_second(context, motions, contacts, scratch, &|others, run, fields| {
         dispatch!(level, simd => run_second(simd, context, others, run, fields));
@@ -144,10 +144,10 @@ fn spread_second(
     scratch: &mut Scratch,
     op: &(impl Fn(ForcesOfOthers<'_>, Range<usize>, &mut SecondPassFields<'_>) + Sync),
 ) {
-    let StepFields { forces, on_neighbours, second, bodies, untied, runs, .. } =
+    let StepFields { forces, on_neighbours, second, bodies, tied, runs, .. } =
         scratch.second(context.view, context.has_viscous(), motions, &mut []);
     let joints = NeighbourForces::all(on_neighbours);
-    let others = ForcesOfOthers { joints, contacts, bodies, untied };
+    let others = ForcesOfOthers { joints, contacts, bodies, tied };
     let fields = (forces, second);
     spread(&context.model.packs, runs, fields, &|run, mut fields: SecondPassFields<'_>| {
         op(others, run, &mut fields);
@@ -202,9 +202,9 @@ fn move_pack<S: Simd>(
     let complete = pack.step.model.has_shared_motion();
     if !complete {
         nodes::collect(simd, pack, others, &mut part);
-    } else if !others.untied.is_empty() {
+    } else if !others.tied.is_empty() {
         let (ties, first) = (&pack.step.model.ties, 3 * pack.pack.start);
-        ties.sum(pack.index, others.untied, first, part.f);
+        ties.share(pack.index, others.tied, first, part.f);
     }
     nodes::find_loads(simd, pack, &mut part);
     if !complete {

@@ -132,7 +132,7 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     let motion = pack.step.motion;
     let damped = motion.is_damped() || part.is_viscous();
     let energy = matches!(part.blocks.v, Access::Read(_)) || motion.changes();
-    let unusual = energy || motion.local != 0.0 || part.is_viscous() || pack.share.is_some();
+    let unusual = energy || motion.local != 0.0 || part.is_viscous();
     let PackFields {
         blocks, f, viscous, sums, reactions, dashpot_forces, q, buffer, loaded, ..
     } = part;
@@ -148,16 +148,17 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     own.supports[0] = pack.supports.power(v, reactions);
     let drawn = pack.dashpots.power(v, dashpot_forces);
     let forces = NodeForces { all: f, loads: loaded.then_some(&**q), viscous };
-    match (unusual, *loaded, damped) {
-        (true, ..) if pack.share.is_some() => {
-            accelerate::<S, { Sum::COUNT }, true>(simd, energy, pack, forces, v, &mut own);
+    match (pack.share.is_some(), unusual, *loaded, damped) {
+        (false, true, ..) => accelerate::<S, ALL, false>(simd, energy, pack, forces, v, &mut own),
+        (false, _, true, _) => {
+            accelerate::<S, LOADED, false>(simd, false, pack, forces, v, &mut own)
         }
-        (true, ..) => {
-            accelerate::<S, { Sum::COUNT }, false>(simd, energy, pack, forces, v, &mut own);
-        }
-        (_, true, _) => accelerate::<S, LOADED, false>(simd, false, pack, forces, v, &mut own),
-        (_, _, true) => accelerate::<S, DAMPED, false>(simd, false, pack, forces, v, &mut own),
-        _ => accelerate::<S, FREE, false>(simd, false, pack, forces, v, &mut own),
+        (false, .., true) => accelerate::<S, DAMPED, false>(simd, false, pack, forces, v, &mut own),
+        (false, ..) => accelerate::<S, FREE, false>(simd, false, pack, forces, v, &mut own),
+        (true, true, ..) => accelerate::<S, ALL, true>(simd, energy, pack, forces, v, &mut own),
+        (true, _, true, _) => accelerate::<S, LOADED, true>(simd, false, pack, forces, v, &mut own),
+        (true, .., true) => accelerate::<S, DAMPED, true>(simd, false, pack, forces, v, &mut own),
+        (true, ..) => accelerate::<S, FREE, true>(simd, false, pack, forces, v, &mut own),
     }
     pack.supports.enforce(v);
     own.supports[1] = pack.supports.power(v, reactions);
@@ -178,6 +179,7 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
 const FREE: usize = Sum::Free as usize + 1;
 const DAMPED: usize = Sum::DampingAfter as usize + 1;
 const LOADED: usize = Sum::LoadsAfter as usize + 1;
+const ALL: usize = Sum::COUNT;
 
 /// Forces on the nodes of a pack `[N]`.
 #[derive(Clone, Copy)]
@@ -202,7 +204,7 @@ fn accelerate<S: Simd, const N: usize, const TIED: bool>(
     sums: &mut StepSums,
 ) {
     let motion = pack.step.motion;
-    let all = N == Sum::COUNT;
+    let all = N == ALL;
     let [a, b, damping] = pack.class.fields();
     let mut tally = NodeSums::<S, N>::new(simd);
     let row = 3 * pack.side();

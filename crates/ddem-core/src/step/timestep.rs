@@ -203,7 +203,7 @@ impl<'a> Operator<'a> {
         }
         // Any values in the ratios √m_i of the copies are those of one node.
         self.scale(q, &mut scratch.f);
-        scratch.sum_ties(self.model);
+        scratch.share_ties(self.model);
         let square = over_packs(self.model, [q], |pack, range, [q]| {
             let f = &scratch.f[range];
             let factors = self.factors(pack);

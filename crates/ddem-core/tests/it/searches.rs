@@ -64,20 +64,33 @@ fn stopped_search_continues_with_its_trials() {
     let (sine, cosine) = 25_f64.to_radians().sin_cos();
     deck.model.gravity = [9.81 * sine, 0.0, -9.81 * cosine];
     let simulation = relaxed(&deck, None);
-    let search = SafetySearch { resolution: 0.2, ..SafetySearch::default() };
+    // The exact factor is 1.50.
+    for (bracket, trials) in [([0.5, 4.0], 10), ([1.02, 2.0], 9), ([0.5, 1.2], 5), ([1.6, 2.0], 1)]
+    {
+        continues(
+            &simulation,
+            &SafetySearch { bracket, resolution: 0.2, ..SafetySearch::default() },
+            trials,
+        );
+    }
+    let stopped = simulation.continue_search(&SafetySearch::default(), &[], &|_| Break(()));
+    assert!(matches!(stopped, Err(RunError::Stopped)));
+}
+
+fn continues(simulation: &Simulation, search: &SafetySearch, trials: usize) {
     let told = Mutex::new(Vec::new());
-    let whole = simulation.continue_search(&search, &[], &|news| {
+    let whole = simulation.continue_search(search, &[], &|news| {
         if let SearchNews::Trial(trial) = news {
             told.lock().unwrap().push(*trial);
         }
         Continue(())
     });
     let (whole, told) = (whole.unwrap(), told.into_inner().unwrap());
-    assert!(told.len() >= 6, "{told:?}");
-    let failing = |safety: &Safety| safety.failing.as_ref().unwrap().save();
+    assert_eq!(told.len(), trials, "{told:?}");
+    let failing = |safety: &Safety| safety.failing.as_ref().map(|failing| failing.save());
     for known in 0..=told.len() {
         let again = Mutex::new(0);
-        let rest = simulation.continue_search(&search, &told[..known], &|news| {
+        let rest = simulation.continue_search(search, &told[..known], &|news| {
             *again.lock().unwrap() += usize::from(matches!(news, SearchNews::Trial(_)));
             Continue(())
         });
@@ -86,6 +99,4 @@ fn stopped_search_continues_with_its_trials() {
         assert_eq!((rest.factor, rest.bracket), (whole.factor, whole.bracket));
         assert_eq!((&rest.trials, failing(&rest)), (&whole.trials, failing(&whole)));
     }
-    let stopped = simulation.continue_search(&search, &[], &|_| Break(()));
-    assert!(matches!(stopped, Err(RunError::Stopped)));
 }

@@ -1,6 +1,8 @@
 //! Verdicts that rounding hides, and the fastest block.
 
-use ddem_core::{FastestBlock, SafetySearch, Simulation, Verdict};
+use std::ops::ControlFlow;
+
+use ddem_core::{FastestBlock, Safety, SafetySearch, Simulation, Verdict};
 
 use crate::rock_decks;
 
@@ -23,6 +25,24 @@ fn trials_of_nothing_but_rounding_are_undecided() {
     assert_eq!((found.factor, found.bracket), (None, [None; 2]));
     let verdicts: Vec<Verdict> = found.trials.iter().map(|trial| trial.verdict).collect();
     assert_eq!(verdicts, [Verdict::Undecided; 2]);
+}
+
+/// The search of cells in contact ends with the same bits if its trials are known: its rungs run again, and
+/// the failing trial from a restored state.
+#[test]
+fn known_trials_of_cells_give_the_same_bits() {
+    let text = include_str!("../../../../examples/verification/cells_wedge.toml");
+    let mut wedge = Simulation::new(rock_decks::built(text).model());
+    wedge.relax(1e-6, 20_000).expect("an equilibrium");
+    let search = SafetySearch { bracket: [1.3, 2.0], resolution: 0.03, ..SafetySearch::default() };
+    let whole = wedge.factor_of_safety(&search, &|_| {}).expect("a search");
+    let failing = |safety: &Safety| safety.failing.as_ref().expect("a failing trial").save();
+    for known in [0, 2, whole.trials.len()] {
+        let known = &whole.trials[..known];
+        let rest = wedge.continue_search(&search, known, &|_| ControlFlow::Continue(()));
+        let rest = rest.expect("a search");
+        assert_eq!((&rest.trials, failing(&rest)), (&whole.trials, failing(&whole)));
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fmt;
 use std::time::Instant;
 
 use ddem_core::Simulation;
-use ddem_deck::{SafetySearch, Stage, StageKind, TimeStep};
+use ddem_deck::{Stage, StageKind, TimeStep};
 
 /// Estimate of a stage.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,7 +30,8 @@ impl Plan {
     fn new(stage: &Stage, automatic: f64) -> Self {
         let name = stage.name.clone();
         if stage.kind != StageKind::Dynamic {
-            let trials = if stage.kind == StageKind::Safety { trials(&stage.search()) } else { 0 };
+            let trials =
+                if stage.kind == StageKind::Safety { stage.search().most_trials(&[]) } else { 0 };
             let steps = stage.max_steps();
             return Self { name, trials, steps, ..Self::default() };
         }
@@ -53,17 +54,6 @@ pub(super) fn plans(simulation: &mut Simulation, stages: &[Stage]) -> Vec<Plan> 
         Plan::new(stage, step.unwrap_or(f64::NAN))
     };
     stages.iter().map(plan).collect()
-}
-
-/// Number of trials after which a search ends: two at the ends of the bracket, then pairs of trials
-/// that each leave a third of it on a logarithmic scale.
-pub(super) fn trials(search: &SafetySearch) -> u64 {
-    let [stable, unstable] = search.bracket;
-    let (mut trials, mut ratio) = (2, unstable / stable);
-    while ratio > 1.0 && unstable * (1.0 - 1.0 / ratio) > search.resolution {
-        (trials, ratio) = (trials + 2, ratio.cbrt());
-    }
-    trials
 }
 
 fn steps(stage: &Stage, time_step: f64) -> u64 {
@@ -131,23 +121,5 @@ fn wall_time(seconds: f64) -> String {
         s if s < 120.0 => format!("{s:.0} s"),
         s if s < 7200.0 => format!("{:.0} min", s / 60.0),
         s => format!("{:.1} h", s / 3600.0),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn safety_search_has_known_number_of_trials() {
-        // Each two trials leave a third of the logarithm: ln 3 / 3⁶ is below 0.005 / 3, ln 3.75 /
-        // 3⁶ above.
-        for (bracket, expected) in [([1.0, 3.0], 14), ([0.8, 3.0], 16), ([1.0, 1.004], 2)] {
-            assert_eq!(
-                trials(&SafetySearch { bracket, ..SafetySearch::default() }),
-                expected,
-                "{bracket:?}"
-            );
-        }
     }
 }

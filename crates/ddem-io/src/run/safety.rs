@@ -13,7 +13,6 @@ use ddem_deck::lint::{Code, Diagnostic};
 
 use super::drive::write_checkpoint;
 use super::moved::MovedBy;
-use super::plan::trials;
 use super::record::Recorder;
 use super::resume::Cursor;
 use super::stage::{PROGRESS, failed};
@@ -90,6 +89,7 @@ fn find(
         observer,
         steps_before: progress.step,
         progress,
+        keys: stage.search(),
         nodes: simulation.model().n_nodes(),
         seconds_before: cursor.seconds,
         cursor,
@@ -125,6 +125,8 @@ struct Searching<'a> {
     cursor: &'a mut Cursor,
     recorder: &'a mut Recorder,
     progress: Progress,
+    /// Keys of the stage.
+    keys: SafetySearch,
     /// Number of nodes of the model.
     nodes: usize,
     /// Steps and wall time before it began or was resumed `[s]`.
@@ -141,7 +143,9 @@ impl Searching<'_> {
     /// Takes a step of a trial into account.
     fn step(&mut self, trial: &TrialProgress) -> ControlFlow<()> {
         let Some(search) = &mut self.progress.search else { return Continue(()) };
-        search.running.retain(|known| known.trial != trial.trial);
+        search.running.retain(|running| {
+            running.trial != trial.trial && !is_known(&self.cursor.trials, running)
+        });
         search.running.push(*trial);
         search.running.sort_by_key(|trial| trial.trial);
         if self.told.elapsed() >= PROGRESS {
@@ -162,6 +166,7 @@ impl Searching<'_> {
         self.cursor.trials.push(*trial);
         if let Some(search) = &mut self.progress.search {
             search.done = self.cursor.trials.len() as u64;
+            search.most = self.keys.most_trials(&self.cursor.trials);
             search.running.retain(|known| known.factor != trial.factor);
         }
         self.tell();
@@ -181,7 +186,8 @@ impl Searching<'_> {
     fn tell(&mut self) {
         let Self { progress, cursor, .. } = self;
         let Some(search) = &progress.search else { return };
-        progress.step = steps(&cursor.trials) + search.running.iter().map(|t| t.step).sum::<u64>();
+        let new = search.running.iter().filter(|running| !is_known(&cursor.trials, running));
+        progress.step = steps(&cursor.trials) + new.map(|running| running.step).sum::<u64>();
         let ratios = search.running.iter().filter_map(|trial| trial.unbalanced);
         progress.unbalanced = ratios.fold(f64::NAN, f64::max);
         let here = progress.step.saturating_sub(self.steps_before) * self.nodes as u64;
@@ -214,10 +220,15 @@ fn beginning(
         seconds_left: None,
         search: Some(SearchProgress {
             done: cursor.trials.len() as u64,
-            most: trials(&search),
+            most: search.most_trials(&cursor.trials),
             running: Vec::new(),
         }),
     }
+}
+
+/// True if a trial that runs has done so before the search was resumed.
+fn is_known(trials: &[SafetyTrial], running: &TrialProgress) -> bool {
+    trials.iter().any(|known| known.factor == running.factor)
 }
 
 /// Steps of trials.

@@ -165,6 +165,12 @@ impl BrokenJoints {
         lattices.for_each(|broken| broken.bonded = true);
     }
 
+    /// Gives closed faces that have parted their residual cohesion again, in an equilibrium.
+    pub fn regain_cohesion(&mut self) {
+        let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());
+        lattices.for_each(|broken| broken.points.regain_cohesion());
+    }
+
     /// Stores the present state of all failed pairs as equilibrium if `now`; otherwise clears it.
     pub fn set_equilibrium(&mut self, now: bool) {
         let lattices = self.packs.iter_mut().flatten().flat_map(|pack| pack.iter_mut().flatten());

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::point::{JointPoint, PairFailure};
 use ddem_mechanics::law::points::{LastEquilibrium, Points};
-use ddem_mechanics::law::{Equilibrium, FailureMode, PointState, Traction};
+use ddem_mechanics::law::{Equilibrium, FailureMode, PointState, Traction, damage_at_equilibrium};
 use ddem_mechanics::math::lanes::{LANES, Lanes, load, splat};
 use ddem_mechanics::math::number::Number;
 
@@ -208,6 +208,15 @@ impl LatticePoints {
         let mut point = self.get(pair, lane);
         change(&mut point);
         self.set(pair, lane, &point);
+    }
+
+    /// Gives closed faces that have parted their residual cohesion again, in an equilibrium.
+    pub(super) fn regain_cohesion(&mut self) {
+        for (failed, springs) in self.failed.iter_mut().zip(&self.springs) {
+            for (damage, gap) in failed.damage.0.iter_mut().zip(springs.gap.0) {
+                *damage = damage_at_equilibrium(*damage, gap);
+            }
+        }
     }
 
     /// Stores the present state of all failed pairs as equilibrium if `now`; otherwise clears it.

@@ -57,6 +57,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::point::JointPoint;
+use ddem_mechanics::law::damage_at_equilibrium;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::{SurfacePoint, Vec3};
@@ -136,6 +137,9 @@ pub struct Patch {
     /// True for a joint whose pairs all hold at the present positions, its tractions being updated.
     #[serde(skip)]
     pub(super) holds: bool,
+    /// Blocks of the two bodies on which a contact has points, as bits.
+    #[serde(skip)]
+    parts: [u64; 2],
     /// Nodes of its pairs if it is a nonconforming joint.
     #[serde(skip)]
     fixed: Option<Arc<[FixedPair]>>,
@@ -188,8 +192,8 @@ impl Contacts {
         self.bodies.get(block as usize).copied().unwrap_or(block)
     }
 
-    /// Patches of a block, and the side of its body in each: 0 for a, 1 for b. Only some points of
-    /// the patch of a cell are on the block.
+    /// Patches of the body of a block, and the side of the body in each: 0 for a, 1 for b. Only some
+    /// points of the patch of a cell are on the block, or none.
     #[inline]
     pub fn of(&self, block: usize) -> impl Iterator<Item = (&Patch, usize)> {
         let (from, to) = match self.starts.get(block..block + 2) {
@@ -257,6 +261,16 @@ impl Contacts {
         self.index();
     }
 
+    /// Gives closed faces of joints that have parted their residual cohesion again, in an equilibrium.
+    pub fn regain_cohesion(&mut self) {
+        for patch in self.patches.iter_mut().filter(|patch| patch.bond.is_some()) {
+            for point in &mut patch.points {
+                let state = &mut point.pair.state;
+                state.damage = damage_at_equilibrium(state.damage, state.gap);
+            }
+        }
+    }
+
     /// Stores the present state of all points as equilibrium if `now`; otherwise clears it.
     pub fn set_equilibrium(&mut self, now: bool) {
         for patch in &mut self.patches {
@@ -275,16 +289,19 @@ impl Contacts {
         self.index();
     }
 
-    /// Indexes the patches of each block.
+    /// Indexes the patches of each block. A joint is between two blocks, a contact between two bodies.
     pub fn index(&mut self) {
-        let blocks = self.joints.len();
+        self.patches.iter_mut().for_each(Patch::note_parts);
+        let (patches, bodies, blocks) = (&self.patches, &self.bodies, self.joints.len());
         let mut counts = vec![0_u32; blocks + 1];
         let each = || {
-            let patches = self.patches.iter().enumerate();
-            patches.flat_map(|(i, patch)| {
+            patches.iter().enumerate().flat_map(|(i, patch)| {
                 [0, 1].into_iter().flat_map(move |side| {
+                    // The blocks of a body follow each other.
                     let first = patch.blocks[side] as usize;
-                    patch.parts(side).map(move |part| (i, side, first + usize::from(part)))
+                    let is_own = |body: &&u32| patch.bond.is_none() && **body as usize == first;
+                    let others = bodies.iter().skip(first + 1).take_while(is_own).count();
+                    (first..=first + others).map(move |block| (i, side, block))
                 })
             })
         };
@@ -317,7 +334,8 @@ impl Contacts {
     pub fn bytes(&self) -> usize {
         let points: usize = self.patches.iter().map(|patch| patch.points.len()).sum();
         points * size_of::<ContactPoint>()
-            + self.patches.len() * (size_of::<Patch>() + 8)
+            + self.patches.len() * size_of::<Patch>()
+            + 4 * (self.entries.len() + self.bodies.len())
             + size_of_val(&self.near[..])
             + size_of_val(&self.travel[..])
             + self.joints.len() * (size_of::<[JointStatus; 3]>() + 4)

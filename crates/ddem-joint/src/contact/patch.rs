@@ -21,16 +21,12 @@ impl Patch {
         a.min(b)
     }
 
-    /// Numbers of the blocks of a body with points, after its first block, which is always one of
-    /// them. A joint is between two blocks.
-    pub(super) fn parts(&self, side: usize) -> impl Iterator<Item = u16> + use<> {
-        let first = Some(0).into_iter();
-        let points = if self.bond.is_some() { &[][..] } else { &self.points[..] };
-        let parts = points.iter().map(|point| point.points[side].part);
-        let mut others: Vec<u16> = parts.filter(|&part| part != 0).collect();
-        others.sort_unstable();
-        others.dedup();
-        first.chain(others)
+    /// Notes on which blocks of the two bodies it has points.
+    pub(super) fn note_parts(&mut self) {
+        self.parts = [0, 1].map(|side| {
+            let parts = self.points.iter().map(|point| point.points[side].part);
+            parts.fold(0, |all, part| all | bit(part.into()))
+        });
     }
 
     /// Largest penetration of its points `[m]`.
@@ -73,6 +69,9 @@ impl Patch {
         }
         let sign = if side == 0 { 1.0 } else { -1.0 };
         let first = self.blocks[side];
+        if self.parts[side] & bit(block - first as usize) == 0 {
+            return;
+        }
         let is_own = |point: &&ContactPoint| point.points[side].block(first) == block;
         let own = self.points.iter().filter(is_own);
         for point in own.filter(|point| self.may_carry_force(point)) {
@@ -113,6 +112,11 @@ impl Patch {
     pub(super) fn present_frame(&self, configuration: &Configuration<'_>) -> Matrix3<f64> {
         columns(self.present_axes(configuration))
     }
+}
+
+/// Bit of a block of a body; many blocks share the last one.
+fn bit(part: usize) -> u64 {
+    1 << part.min(63)
 }
 
 fn columns([normal, along]: [Vec3; 2]) -> Matrix3<f64> {

@@ -237,27 +237,21 @@ fn renew(builder: &PatchBuilder<'_>, search: SearchContext<'_>, contacts: &mut C
     if search.contact_model.search {
         release_bonds(builder, contacts, &mut losses);
     }
-    let each = |patch: &mut Patch| -> Option<(Losses, bool)> {
+    let each = |patch: &mut Patch| -> Option<Losses> {
         if patch.bond.is_some() || !builder.has_moved(patch) {
             return None;
         }
-        let parts = |patch: &Patch| [0, 1].map(|side| patch.parts(side).collect::<Vec<u16>>());
-        let parts_before = parts(patch);
         let (old, mut losses) = OldPatch::new(std::mem::take(patch), builder);
         let blocks = old.patch.blocks;
         let travelled = Patch { blocks, ..Patch::default() };
         *patch = builder.patch(blocks, Some(&old)).unwrap_or(travelled);
         losses.contact += old.conserved_energy() - patch.conserved_energy(&builder.configuration);
-        Some((losses, parts(patch) != parts_before))
+        patch.note_parts();
+        Some(losses)
     };
     let patches = &mut contacts.patches;
     let lost: Vec<_> = patches.par_iter_mut().with_min_len(TOGETHER).filter_map(each).collect();
-    // Points may have moved to other blocks of their cells.
-    let are_elsewhere = lost.iter().any(|(_, are_elsewhere)| *are_elsewhere);
-    lost.iter().for_each(|(lost, _)| losses.add(lost));
-    if are_elsewhere {
-        contacts.index();
-    }
+    lost.iter().for_each(|lost| losses.add(lost));
     losses.total()
 }
 

@@ -183,6 +183,16 @@ pub struct Softening {
     pub sliding: f64,
 }
 
+/// Damage of faces that have parted: only friction is left.
+const PARTED: f64 = 2.0;
+
+/// Damage of faces with a gap `[m]` in an equilibrium: those that have parted and are closed have their
+/// residual cohesion again.
+#[must_use]
+pub fn damage_at_equilibrium(damage: f64, gap: f64) -> f64 {
+    if damage >= PARTED && gap < 0.0 { 1.0 } else { damage }
+}
+
 /// Tolerance of the shear strength relative to the normal traction and the tensile strength.
 /// Without it rounding would make a joint without shear strength fail in pure tension.
 const ROUNDING: f64 = 1e-9;

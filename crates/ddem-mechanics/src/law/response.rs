@@ -15,17 +15,16 @@
 //!
 //! The residual strength acts on closed faces only. An open point without bond carries nothing, and
 //! its stick position is reset. Faces that have parted have no cohesion when they close (χ = 2).
-//! Otherwise a point that opens and closes under little pressure would gain energy.
+//! Otherwise a point that opens and closes under little pressure would gain energy. Faces that are
+//! closed in an equilibrium have it again ([`damage_at_equilibrium`](super::damage_at_equilibrium)).
 //!
 //! In a relaxation slip, dilation and damage follow the direct path from the last equilibrium. They
 //! depend on the present displacement alone, not on how often the motion went past it.
 
+use super::PARTED;
 use super::points::{Displacements, LastEquilibrium, Loss, Points};
 use super::strengths::Strengths;
 use crate::math::number::Number;
-
-/// Damage of faces that have parted: only friction is left.
-const PARTED: f64 = 2.0;
 
 /// Updates the states and the tractions of failed points with the normal and shear stiffnesses
 /// `stiffness` for displacements. Returns the losses since the last update `[J/m²]`. While

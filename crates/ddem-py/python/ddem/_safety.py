@@ -56,11 +56,11 @@ def factor_of_safety(
     Parameters
     ----------
     model : Model or Simulation
-        Simulation or model to examine. Every trial starts from the present state of a simulation
-        and does not change it. This state should be an equilibrium: otherwise each trial also
-        relaxes the unbalanced forces, with strengths that are already reduced. A model is relaxed
-        first, in at most 20 000 steps. If it finds no equilibrium with its own strengths, trials
-        start from the model as built.
+        Simulation or model to examine. The search starts from the present state of a simulation
+        and does not change it. This state should be an equilibrium: otherwise the trials also
+        relax the unbalanced forces, with strengths that are already reduced. A model is relaxed
+        first, in at most 20 000 steps. If it finds no equilibrium with its own strengths, the search
+        starts from the model as built.
     bracket : (float, float), optional
         Smallest and largest factor of the search; default `[0.5, 4.0]`.
     resolution : float, optional

@@ -40,8 +40,8 @@ pub(crate) use fields::{
 pub(crate) struct Scratch {
     /// Forces on the nodes `[N]`.
     pub(crate) f: Vec<Lanes>,
-    /// Forces on the nodes before they are summed over tied nodes `[N]`; empty without ties.
-    untied: Vec<Lanes>,
+    /// Sums of the forces on tied nodes `[N]`; empty without ties.
+    tied: Vec<[f64; 3]>,
     /// Viscous forces of the blocks against the motion `[N]`; empty if they have never been
     /// viscous.
     viscous: Vec<Lanes>,
@@ -105,8 +105,8 @@ pub(super) struct StepFields<'a> {
     pub(super) second: SecondPass<'a>,
     /// Steps of the rigid bodies of several blocks.
     pub(super) bodies: &'a [BodyStep],
-    /// Forces before the sums over tied nodes `[N]`; empty without ties.
-    pub(super) untied: &'a [Lanes],
+    /// Sums of the forces on tied nodes `[N]`; empty without ties.
+    pub(super) tied: &'a [[f64; 3]],
     /// Runs of packs, one task each.
     pub(super) runs: &'a [Range<usize>],
 }
@@ -139,7 +139,7 @@ impl Scratch {
         let runs = runs(packs);
         let mut scratch = Self {
             f: vec![Lanes::ZERO; 3 * packs.nodes],
-            untied: Vec::new(),
+            tied: Vec::new(),
             viscous: Vec::new(),
             neighbour_forces: vec![Lanes::ZERO; 3 * packs.neighbour_forces],
             torques: vec![[Lanes::ZERO; 3]; n],
@@ -165,11 +165,11 @@ impl Scratch {
     /// Memory in use `[bytes]`, without the working spaces of the tasks.
     pub(crate) fn bytes(&self) -> usize {
         let lanes = self.f.len()
-            + self.untied.len()
             + self.viscous.len()
             + self.neighbour_forces.len()
             + 5 * self.torques.len();
         lanes * size_of::<Lanes>()
+            + size_of_val(&self.tied[..])
             + self.frames.len() * size_of::<Frame>()
             + self.sums.len() * (size_of::<StepSums>() + size_of::<Losses>())
             + self.measured_joints.bytes()
@@ -215,28 +215,25 @@ impl Scratch {
                 });
             }
         });
-        self.sum_ties(model);
+        self.share_ties(model);
     }
 
-    /// Sums the forces over tied nodes, so that all of them have the same.
-    pub(super) fn sum_ties(&mut self, model: &Model) {
+    /// Gives all copies of tied nodes the sum of their forces.
+    pub(super) fn share_ties(&mut self, model: &Model) {
         let Model { packs, ties, .. } = model;
         if ties.is_empty() {
             return;
         }
-        self.keep_untied(model);
-        let (all, f, mut none) = (&self.untied, &mut self.f, vec![(); packs.packs.len()]);
+        self.sum_ties(model);
+        let (tied, f, mut none) = (&self.tied, &mut self.f, vec![(); packs.packs.len()]);
         each_pack(packs, [&mut f[..]], &mut none, |pack, [own], ()| {
-            ties.sum(pack, all, node_start(packs, pack), own);
+            ties.share(pack, tied, node_start(packs, pack), own);
         });
     }
 
-    /// Moves the forces to those before the sums over tied nodes. Without ties nothing changes.
-    pub(super) fn keep_untied(&mut self, model: &Model) {
-        if !model.ties.is_empty() {
-            self.untied.resize(self.f.len(), Lanes::ZERO);
-            std::mem::swap(&mut self.f, &mut self.untied);
-        }
+    /// Sums the forces over tied nodes.
+    pub(super) fn sum_ties(&mut self, model: &Model) {
+        model.ties.sum(&self.f, &mut self.tied);
     }
 
     /// Computes the steps of the rigid bodies of several blocks under complete forces.
@@ -357,8 +354,8 @@ impl Scratch {
         let losses = &mut self.losses;
         let joints = PackJoints { first: 0, energies: &mut [], broken_joints, losses };
         let (on_neighbours, runs) = (&mut self.neighbour_forces, &self.runs);
-        let (bodies, untied) = (&self.bodies[..], &self.untied[..]);
-        StepFields { forces, joints, on_neighbours, second, bodies, untied, runs }
+        let (bodies, tied) = (&self.bodies[..], &self.tied[..]);
+        StepFields { forces, joints, on_neighbours, second, bodies, tied, runs }
     }
 
     /// Borrows the data for the second pass of relaxation; the forces are complete and only read.
