@@ -50,7 +50,9 @@ pub use output::{
     StateSummary, fields,
 };
 pub use run::relax::Relaxed;
-pub use run::safety::{Safety, SafetyTrial, SearchNews, TellSearch, TrialProgress, undecided};
+pub use run::safety::{
+    Safety, SafetyTrial, SearchNews, TellSearch, TrialProgress, most_trials, undecided,
+};
 pub use run::saved::{RestoreError, Saved};
 pub use run::{Limiter, SHORTEST_STEP, Simulation, StepLimit};
 pub use state::profile::{Clock, Profile};

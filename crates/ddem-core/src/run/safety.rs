@@ -19,6 +19,7 @@ use crate::run::saved::Saved;
 use crate::state::profile::Profile;
 use crate::state::watch::Verdict;
 use ddem_mechanics::math::simd::Simd;
+pub use rungs::most_trials;
 use trials::Trials;
 
 /// Trial of one factor.

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::time::Instant;
 
-use ddem_core::Simulation;
+use ddem_core::{Simulation, most_trials};
 use ddem_deck::{Stage, StageKind, TimeStep};
 
 /// Estimate of a stage.
@@ -31,7 +31,7 @@ impl Plan {
         let name = stage.name.clone();
         if stage.kind != StageKind::Dynamic {
             let trials =
-                if stage.kind == StageKind::Safety { stage.search().most_trials(&[]) } else { 0 };
+                if stage.kind == StageKind::Safety { most_trials(&stage.search(), &[]) } else { 0 };
             let steps = stage.max_steps();
             return Self { name, trials, steps, ..Self::default() };
         }

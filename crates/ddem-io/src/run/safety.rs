@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use ddem_core::{
     RunError, Safety, SafetySearch, SafetyTrial, SearchNews, Simulation, TrialProgress, Verdict,
-    undecided,
+    most_trials, undecided,
 };
 use ddem_deck::Stage;
 use ddem_deck::lint::{Code, Diagnostic};
@@ -166,7 +166,7 @@ impl Searching<'_> {
         self.cursor.trials.push(*trial);
         if let Some(search) = &mut self.progress.search {
             search.done = self.cursor.trials.len() as u64;
-            search.most = self.keys.most_trials(&self.cursor.trials);
+            search.most = most_trials(&self.keys, &self.cursor.trials);
             search.running.retain(|known| known.factor != trial.factor);
         }
         self.tell();
@@ -220,7 +220,7 @@ fn beginning(
         seconds_left: None,
         search: Some(SearchProgress {
             done: cursor.trials.len() as u64,
-            most: search.most_trials(&cursor.trials),
+            most: most_trials(&search, &cursor.trials),
             running: Vec::new(),
         }),
     }

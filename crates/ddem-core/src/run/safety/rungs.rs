@@ -31,38 +31,35 @@ fn narrowing(bracket: [f64; 2], resolution: f64) -> u64 {
     next.map_or(0, |[_, upper]| 2 + narrowing([upper, bracket[1]], resolution))
 }
 
-impl SafetySearch {
-    /// Largest number of trials, if some are `known`.
-    #[must_use]
-    pub fn most_trials(&self, known: &[SafetyTrial]) -> u64 {
-        let (rungs, resolution) = (rungs(self), self.resolution);
-        let is_stable = |factor: f64| {
-            let trial = known.iter().find(|trial| trial.factor == factor)?;
-            Some(trial.verdict == Verdict::AtRest)
-        };
-        let below = |rung: usize| rung.checked_sub(1).map_or(self.bracket[0], |below| rungs[below]);
-        let unstable = rungs.iter().position(|&rung| is_stable(rung) == Some(false));
-        if is_stable(self.bracket[0]) == Some(false) {
-            return known.len() as u64;
-        }
-        let Some(rung) = unstable else {
-            let at =
-                |rung: usize| 2 + rung as u64 + narrowing([below(rung), rungs[rung]], resolution);
-            let first = rungs.iter().position(|&rung| is_stable(rung).is_none()).unwrap_or(0);
-            return (first..rungs.len()).map(at).max().unwrap_or(0);
-        };
-        let (mut trials, mut bracket) = (2 + rung as u64, [below(rung), rungs[rung]]);
-        while let Some([low, high]) = thirds(bracket, resolution) {
-            let (Some(first), Some(second)) = (is_stable(low), is_stable(high)) else { break };
-            bracket = match (first, second) {
-                (false, _) => [bracket[0], low],
-                (true, false) => [low, high],
-                (true, true) => [high, bracket[1]],
-            };
-            trials += 2;
-        }
-        trials + narrowing(bracket, resolution)
+/// Largest number of trials of a search, if some are `known`.
+#[must_use]
+pub fn most_trials(search: &SafetySearch, known: &[SafetyTrial]) -> u64 {
+    let (rungs, resolution) = (rungs(search), search.resolution);
+    let is_stable = |factor: f64| {
+        let trial = known.iter().find(|trial| trial.factor == factor)?;
+        Some(trial.verdict == Verdict::AtRest)
+    };
+    let below = |rung: usize| rung.checked_sub(1).map_or(search.bracket[0], |below| rungs[below]);
+    let unstable = rungs.iter().position(|&rung| is_stable(rung) == Some(false));
+    if is_stable(search.bracket[0]) == Some(false) {
+        return known.len() as u64;
     }
+    let Some(rung) = unstable else {
+        let at = |rung: usize| 2 + rung as u64 + narrowing([below(rung), rungs[rung]], resolution);
+        let first = rungs.iter().position(|&rung| is_stable(rung).is_none()).unwrap_or(0);
+        return (first..rungs.len()).map(at).max().unwrap_or(0);
+    };
+    let (mut trials, mut bracket) = (2 + rung as u64, [below(rung), rungs[rung]]);
+    while let Some([low, high]) = thirds(bracket, resolution) {
+        let (Some(first), Some(second)) = (is_stable(low), is_stable(high)) else { break };
+        bracket = match (first, second) {
+            (false, _) => [bracket[0], low],
+            (true, false) => [low, high],
+            (true, true) => [high, bracket[1]],
+        };
+        trials += 2;
+    }
+    trials + narrowing(bracket, resolution)
 }
 
 #[cfg(test)]
@@ -96,9 +93,9 @@ mod tests {
             };
         }
         let all = known.len() as u64;
-        let mut most = search.most_trials(&[]);
+        let mut most = most_trials(search, &[]);
         for done in 1..=known.len() {
-            let now = search.most_trials(&known[..done]);
+            let now = most_trials(search, &known[..done]);
             assert!(all <= now && now <= most, "{all} trials, {most} then {now} after {done}");
             most = now;
         }
@@ -113,7 +110,7 @@ mod tests {
             let [low, high] = bracket;
             let limits = (1..2000).map(|i| low + (high - low) * f64::from(i) / 2000.0);
             let counts = limits.map(|limit| count(&search(bracket), limit));
-            assert_eq!(counts.max(), Some(search(bracket).most_trials(&[])), "{bracket:?}");
+            assert_eq!(counts.max(), Some(most_trials(&search(bracket), &[])), "{bracket:?}");
         }
     }
 
