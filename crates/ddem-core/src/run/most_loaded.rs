@@ -31,8 +31,8 @@ impl Simulation {
     /// The first pairs fail near equilibrium, so that no overshoot causes failure. A failure then
     /// changes the loads around it within few steps, and those far away slowly and little. Pairs that
     /// are clearly overloaded therefore fail as soon as the largest load around them has settled, the
-    /// others at the next equilibrium. Pairs that shed no load relieve
-    /// nothing when they fail, and do not wait until the loads have settled.
+    /// others at the next equilibrium. Pairs that shed no load relieve nothing when they fail, and do not
+    /// wait until the loads have settled.
     pub(super) fn fails_now(&mut self, progress: &mut RelaxationProgress, tolerance: f64) -> bool {
         let near = tolerance.max(if progress.failure_checked { 0.0 } else { NEAR });
         let balanced = self.last.ratio() <= near && progress.has_stopped(near.max(self.still));
