@@ -295,7 +295,7 @@ pub enum RunError {
     #[error(
         "the unbalanced ratio stays at {ratio:.1e}, above the tolerance {tolerance:.1e}: the rest is rounding, most of \
          it at block {block}{}; {} [{}]",
-        stiff(joint.as_ref(), *force, *far), less_rounding(*ratio, *tolerance, joint.as_ref(), *far),
+        stiff(joint.as_ref(), *force), less_rounding(*ratio, *tolerance, joint.as_ref()),
         ErrorCode::UnreachableTolerance
     )]
     UnreachableTolerance {
@@ -309,9 +309,6 @@ pub enum RunError {
         force: f64,
         /// Name of the stiffest joint of that block, and its thickness `[m]`, 0 for springs.
         joint: Option<(String, f64)>,
-        /// Distance of the block from the origin `[m]`, if the rounding of its positions causes
-        /// that force.
-        far: Option<f64>,
     },
 }
 

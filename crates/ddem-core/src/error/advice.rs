@@ -36,14 +36,8 @@ pub(super) fn deep_penetration(driven: Option<(usize, usize)>, relaxes: bool) ->
     }
 }
 
-/// Cause of the rounding forces: the last digit of displacements, or of positions far from the
-/// origin.
-pub(super) fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>) -> String {
-    if let Some(far) = far {
-        return format!(
-            ", {far:.0e} m from the origin, where rounding of a position causes {force:.0e} N in its contacts"
-        );
-    }
+/// Cause of the rounding forces: the last digit of displacements.
+pub(super) fn stiff(joint: Option<&(String, f64)>, force: f64) -> String {
     let what = joint.map_or_else(String::new, |(name, thickness)| match thickness {
         0.0 => format!(" with its springs of joint `{name}`"),
         _ => format!(" with its joint `{name}`, {thickness:e} m thick"),
@@ -53,23 +47,13 @@ pub(super) fn stiff(joint: Option<&(String, f64)>, force: f64, far: Option<f64>)
 
 /// Largest tolerance that still gives a useful equilibrium.
 const LOOSEST: f64 = 0.01;
-/// Distance from the origin `[m]` beyond which a model is far away.
-const FAR: f64 = 100.0;
 
-/// Ways to an unbalanced `ratio` below the tolerance: a larger tolerance, a place nearer to the origin,
-/// or another joint.
-pub(super) fn less_rounding(
-    ratio: f64,
-    tolerance: f64,
-    joint: Option<&(String, f64)>,
-    far: Option<f64>,
-) -> String {
+/// Ways to an unbalanced `ratio` below the tolerance: a larger tolerance, or another joint.
+pub(super) fn less_rounding(ratio: f64, tolerance: f64, joint: Option<&(String, f64)>) -> String {
     let missing = 3.0 * ratio / tolerance;
-    let joint = match (far, joint) {
-        (Some(far), _) if far > FAR => Some("move the model nearer to the origin".to_owned()),
-        (Some(_), _) => Some("make the stiffest joints and contacts softer".to_owned()),
+    let joint = match joint {
         // A change by a larger factor would make it a different joint.
-        (None, Some((_, thickness))) if missing < 3e4 => Some(match thickness {
+        Some((_, thickness)) if missing < 3e4 => Some(match thickness {
             0.0 => format!("make the springs of this joint {missing:.0e} times as soft"),
             _ => format!("make this joint {:.0e} m thick", missing * thickness),
         }),

@@ -12,12 +12,10 @@ pub(crate) fn collect(
     f: &mut [Lanes],
     torque: &mut [Lanes; 3],
 ) {
-    for (lane, &block) in blocks.iter().enumerate().take(LANES) {
-        for (patch, side) in contacts.of(block as usize) {
-            patch.add_forces(side, block as usize, &contact_blocks[block as usize], f);
-            if usize::from(patch.reference) == side && patch.blocks[side] == block {
-                (0..3).for_each(|c| torque[c].0[lane] += patch.couple[c]);
-            }
+    for &block in blocks.iter().take(LANES) {
+        let block = block as usize;
+        for (patch, side) in contacts.of(block) {
+            patch.add_forces(side, block, &contact_blocks[block], f, torque);
         }
     }
 }

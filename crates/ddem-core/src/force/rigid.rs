@@ -17,12 +17,18 @@ impl<'a> RigidBlock<'a> {
     /// Resultant of the corner forces: force `[N]` and torque about the centroid `[N m]`.
     pub(crate) fn resultant(&self, f: &[Lanes]) -> SpatialVector {
         let mut sum = SpatialVector::default();
-        for corner in 0..8 {
+        for (corner, arm) in self.arms().iter().enumerate() {
             let force = at(f, corner, self.lane);
             sum.linear += force;
-            sum.angular += self.arm(corner).cross(&force);
+            sum.angular += arm.cross(&force);
         }
         sum
+    }
+
+    /// Vectors from the centroid to the corners in the present pose `[m]`.
+    fn arms(&self) -> [Vec3; 8] {
+        let rotation = self.pose.turn.to_rotation_matrix();
+        std::array::from_fn(|corner| rotation * self.mass_properties.arm(corner))
     }
 
     /// Vector from the centroid to a corner in the present pose `[m]`.
@@ -30,26 +36,31 @@ impl<'a> RigidBlock<'a> {
         self.pose.turn * self.mass_properties.arm(corner)
     }
 
+    /// Corner forces equivalent to a wrench, as the field of a rigid motion.
+    pub(crate) fn corner_forces(&self, wrench: SpatialVector) -> SpatialVector {
+        self.mass_properties.corner_forces(&self.pose.turn, wrench)
+    }
+
     /// Sets the corner forces to those equivalent to a wrench.
     pub(crate) fn set_forces(&self, wrench: SpatialVector, f: &mut [Lanes]) {
-        self.set_twist(self.mass_properties.corner_forces(&self.pose.turn, wrench), f);
+        self.set_twist(self.corner_forces(wrench), f);
     }
 
     /// Adds the corner forces equivalent to a torque.
     pub(crate) fn add_torque(&self, torque: &[Lanes; 3], f: &mut [Lanes]) {
         let wrench =
             SpatialVector { angular: at(torque, 0, self.lane), ..SpatialVector::default() };
-        let turn = self.mass_properties.corner_forces(&self.pose.turn, wrench).angular;
-        for corner in 0..8 {
-            let force = turn.cross(&self.arm(corner));
+        let turn = self.corner_forces(wrench).angular;
+        for (corner, arm) in self.arms().iter().enumerate() {
+            let force = turn.cross(arm);
             (0..3).for_each(|c| f[3 * corner + c].0[self.lane] += force[c]);
         }
     }
 
     /// Sets a field at the corners to that of a rigid motion, `v + ω × r`.
     pub(crate) fn set_twist(&self, twist: SpatialVector, field: &mut [Lanes]) {
-        for corner in 0..8 {
-            let value = twist.linear + twist.angular.cross(&self.arm(corner));
+        for (corner, arm) in self.arms().iter().enumerate() {
+            let value = twist.linear + twist.angular.cross(arm);
             (0..3).for_each(|c| field[3 * corner + c].0[self.lane] = value[c]);
         }
     }

@@ -137,6 +137,7 @@ impl Snapshot<'_> {
             small: !self.model.corotational(),
             last: (&self.state.v, 0.0),
             start: true,
+            poses: &self.state.poses,
         };
         let patches =
             self.scratch.measured_contacts.patches.par_iter().filter(|patch| is_contact(patch));

@@ -88,7 +88,7 @@ impl Simulation {
         let (context, state, scratch) = self.parts();
         let mut joints = std::mem::take(&mut scratch.measured_joints);
         joints.clone_from(&state.broken_joints);
-        let pass = context.pass(&state.u, &state.v);
+        let pass = context.pass(&state.u, &state.v, &state.poses);
         let pass = crate::step::FirstPass { viscous: None, ..pass };
         crate::step::forces(pass, &mut joints, None, scratch);
         scratch.measured_joints = joints;

@@ -47,9 +47,8 @@ impl Simulation {
         }
     }
 
-    /// Error of a relaxation whose unbalanced force is only rounding. Displacements, and positions
-    /// at contacts and nonconforming joints, are accurate to a fraction of 2⁻⁵³. Forces are
-    /// accurate to that times their stiffness.
+    /// Error of a relaxation whose unbalanced force is only rounding. Displacements are accurate to a
+    /// fraction of 2⁻⁵³, and forces to that times their stiffness.
     fn only_rounding(&self, tolerance: f64) -> Option<RunError> {
         let packs = &self.model.packs;
         let (mut sum, mut most) = (0.0, (0.0, 0));
@@ -66,12 +65,10 @@ impl Simulation {
                 }
             }
         }
-        let mut far = None;
-        for (block, distance, force) in self.rounding_of_positions() {
+        for (block, force) in self.rounding_of_contacts() {
             sum += force * force;
             if force > most.0 {
                 most = (force, block);
-                far = Some(distance);
             }
         }
         // A tolerance below one rounding error requests all steps.
@@ -81,16 +78,16 @@ impl Simulation {
         let (force, block) = most;
         let (ratio, joint) = (self.last.ratio(), self.stiffest_joint(block));
         let block = self.model.whole_block(block);
-        Some(RunError::UnreachableTolerance { ratio, tolerance, block, force, joint, far })
+        Some(RunError::UnreachableTolerance { ratio, tolerance, block, force, joint })
     }
 
-    /// Rounding forces of points that act on each other, due to their positions: block, distance
-    /// from the origin `[m]` and force `[N]`.
-    fn rounding_of_positions(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+    /// Rounding forces of contacts and nonconforming joints, due to the displacements of their blocks: block
+    /// and force `[N]`.
+    fn rounding_of_contacts(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.state.contacts.patches.iter().map(|patch| {
             let block = patch.blocks[0] as usize;
             let first = self.model.geometry.blocks[block].first_node as usize;
-            let at = Vec3::from(self.model.point(first)).abs();
+            let at = Vec3::from(self.model.get(&self.state.u, first)).abs();
             let normal = patch.axes_now[0].abs();
             let along = normal.map(|n| (1.0 - n * n).max(0.0).sqrt());
             let area = |point: &ContactPoint| {
@@ -99,7 +96,7 @@ impl Simulation {
             let areas = patch.points.iter().map(area).sum::<f64>().sqrt();
             let SpringStiffness { normal: stiff, shear } = patch.surface.stiffness;
             let force = f64::EPSILON * areas * (stiff * normal.dot(&at) + shear * along.dot(&at));
-            (block, at.amax(), force)
+            (block, force)
         })
     }
 }

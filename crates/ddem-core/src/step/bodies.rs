@@ -3,8 +3,8 @@
 
 use rayon::prelude::*;
 
+use super::Context;
 use super::rigid::{Poses, RigidStep, halfway, reaction, rigid_step};
-use super::{Context, PackContext};
 use crate::force::rigid::{RigidBlock, at};
 use crate::force::support::Supports;
 use crate::model::Model;
@@ -19,7 +19,10 @@ const TOGETHER: usize = 64;
 /// Wrench on a body with the reactions of its supports, and its step.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BodyStep {
-    pub(super) wrench: SpatialVector,
+    pub(crate) wrench: SpatialVector,
+    /// Forces on the corners of all parts that are equivalent to it, as by
+    /// [`MassProperties::corner_forces`](ddem_mechanics::rigid::MassProperties::corner_forces).
+    pub(super) corner_forces: SpatialVector,
     pub(super) step: RigidStep,
     /// Constraint and wrench of its supports, if it has any.
     supports: Option<Box<(RigidConstraint, SpatialVector)>>,
@@ -86,10 +89,13 @@ fn at_rest(
 fn constraint(context: Context<'_>, body: usize, poses: &[Poses]) -> Option<RigidConstraint> {
     let model = context.model;
     let parts = model.assembly.bodies.parts(body);
+    if parts.iter().all(|part| context.supports(part.pack).list.is_empty()) {
+        return None;
+    }
     let first = member(model, poses, &parts[0]);
     let pose = halfway(context.motion, &first);
     let supported = parts.iter().flat_map(|part| {
-        let Supports { list, velocities, first } = PackContext::new(context, part.pack).supports;
+        let Supports { list, velocities, first } = context.supports(part.pack);
         let own = RigidBlock { pose: &pose, ..member(model, poses, part) };
         own.supported(list, velocities, first)
     });
@@ -137,14 +143,15 @@ pub(super) fn advance(
             Box::new((constraint, answer))
         });
         let held = supports.as_deref().map(|(constraint, _)| constraint);
-        BodyStep { wrench, step: rigid_step(context.motion, &first, wrench, held), supports }
+        let step = rigid_step(context.motion, &first, wrench, held);
+        BodyStep { wrench, corner_forces: first.corner_forces(wrench), step, supports }
     };
     let all = (0..bodies.len()).into_par_iter().with_min_len(TOGETHER);
     all.map(of_body).collect_into_vec(steps);
     for (body, step) in steps.iter().enumerate() {
         let Some((constraint, answer)) = step.supports.as_deref() else { continue };
         for part in bodies.parts(body) {
-            let Supports { list, first, .. } = PackContext::new(context, part.pack).supports;
+            let Supports { list, first, .. } = context.supports(part.pack);
             let own = &mut reactions[context.view.conditions.supports_of(part.pack)];
             member(model, poses, part).set_reactions(constraint, *answer, list, first, own);
         }

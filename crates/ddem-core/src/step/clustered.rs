@@ -50,7 +50,7 @@ pub(crate) fn largest_clustered(
         }
         internal_forces(FirstPass::linear(model, &x), broken_joints, scratch);
         preconditioner.set_bond_forces(model, &x, &mut scratch.f);
-        preconditioner.respond(model, &rest, &scratch.f, scratch.level);
+        preconditioner.respond(model, &rest, &scratch.f, &[], scratch.level);
         let preconditioner = &*preconditioner;
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
         let (f, level) = (&scratch.f, scratch.level);
@@ -103,7 +103,7 @@ pub(crate) fn largest_of_gases(
         for (node, area) in nodes.iter().zip(areas) {
             model.set(&mut scratch.f, *node as usize, (*area).into());
         }
-        preconditioner.respond(model, &rest, &scratch.f, scratch.level);
+        preconditioner.respond(model, &rest, &scratch.f, &[], scratch.level);
         for &pack in &walls {
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             response[range.clone()].fill(Lanes::ZERO);

@@ -1,5 +1,6 @@
 //! Data that a step reads besides the state: model, conditions and settings.
 
+use super::Poses;
 use super::first::FirstPass;
 use crate::force::boundary::Dashpots;
 use crate::force::support::Supports;
@@ -61,7 +62,12 @@ impl<'a> Context<'a> {
         }
     }
 
-    pub(crate) fn pass<'b>(&self, u: &'b [Lanes], v: &'b [Lanes]) -> FirstPass<'b>
+    pub(crate) fn pass<'b>(
+        &self,
+        u: &'b [Lanes],
+        v: &'b [Lanes],
+        poses: &'b [Poses],
+    ) -> FirstPass<'b>
     where
         'a: 'b,
     {
@@ -76,6 +82,7 @@ impl<'a> Context<'a> {
             model: self.model,
             first: 0,
             u,
+            poses,
             failure_check: self.failure_check,
             releases_rotated_joints: self.releases_rotated_joints,
             undamped: self.undamped,
@@ -89,6 +96,13 @@ impl<'a> Context<'a> {
             linear: false,
             energies: self.energies,
         }
+    }
+
+    /// Supports of a pack.
+    pub(super) fn supports(&self, pack: usize) -> Supports<'a> {
+        let StageView { conditions, velocities, .. } = self.view;
+        let first = 3 * self.model.packs.packs[pack].start;
+        Supports { list: &conditions.supports[conditions.supports_of(pack)], velocities, first }
     }
 
     fn viscous<'b>(&self, v: &'b [Lanes]) -> Option<Viscous<'b>> {
@@ -140,11 +154,11 @@ pub(super) struct PackContext<'a> {
 impl<'a> PackContext<'a> {
     pub(super) fn new(step: Context<'a>, index: usize) -> Self {
         let Context { model, view, .. } = step;
-        let StageView { conditions, boundaries, boundary_forces, velocities, .. } = view;
+        let StageView { boundaries, boundary_forces, velocities, .. } = view;
         let pack = &model.packs.packs[index];
         let class = model.assembly.pack_inertia[index] as usize;
         let first = 3 * pack.start;
-        let (own, dashpots) = (conditions.supports_of(index), boundaries.of(index));
+        let dashpots = boundaries.of(index);
         let (list, boundary_forces) =
             (&boundaries.dashpots[dashpots.clone()], &boundary_forces[dashpots]);
         Self {
@@ -156,7 +170,7 @@ impl<'a> PackContext<'a> {
             mass: &model.assembly.inertia[class].mass,
             weight: pack_weight(model, index),
             share: model.assembly.inertia[class].tied.as_ref().map(|tied| &tied.share[..]),
-            supports: Supports { list: &conditions.supports[own], velocities, first },
+            supports: step.supports(index),
             dashpots: Dashpots { list, boundary_forces, velocities, first },
         }
     }

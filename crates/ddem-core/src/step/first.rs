@@ -22,6 +22,7 @@ use ddem_joint::point::{FailureCheck, PairContext};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::exact::ExactSum;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::Pose;
 use ddem_mesh::assembly::NO_TABLE;
 use ddem_mesh::pack::JointLattice;
 use ddem_mesh::parallel::spread;
@@ -37,6 +38,8 @@ pub(crate) struct FirstPass<'a> {
     pub(crate) first: usize,
     /// Displacements `[m]`.
     pub(crate) u: &'a [Lanes],
+    /// Poses of the rigid blocks, by rigid pack.
+    pub(crate) poses: &'a [[Pose; LANES]],
     /// Check of the bonded pairs for failure.
     pub(crate) failure_check: FailureCheck<'a>,
     /// True if joints that have rotated release their bonded pairs.
@@ -69,6 +72,7 @@ impl<'a> FirstPass<'a> {
             model,
             first: 0,
             u,
+            poses: &[],
             failure_check: FailureCheck::None,
             releases_rotated_joints: false,
             relaxing: false,
@@ -178,7 +182,8 @@ fn search_context<'a>(
     let small = !pass.model.corotational();
     let start = pass.last.is_none();
     let blocks = &contact_model.blocks;
-    (search, Configuration { blocks, u: pass.u, frames, small, last: pass.du, start })
+    let FirstPass { u, poses, du, .. } = pass;
+    (search, Configuration { blocks, u, poses, frames, small, last: du, start })
 }
 
 pub(crate) fn input<'a>(pass: FirstPass<'a>, frames: &'a [Frame]) -> Input<'a> {

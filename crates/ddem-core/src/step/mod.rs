@@ -87,7 +87,7 @@ pub(crate) fn step(
             StateMotion { u: Access::Write(u), v: Access::Write(v), poses: Access::Write(poses) };
         sweep::sweep(context, &slabs, moved, broken_joints, contacts, scratch)
     } else {
-        let losses = forces(context.pass(u, v), broken_joints, Some(contacts), scratch);
+        let losses = forces(context.pass(u, v, poses), broken_joints, Some(contacts), scratch);
         if context.waits && losses.failed != [0; 2] {
             return None;
         }
@@ -107,7 +107,7 @@ pub(crate) fn balance(
     scratch: &mut Scratch,
 ) -> (StepSums, Losses) {
     let EvaluationStep { u, v, poses, broken_joints, contacts } = evaluation;
-    let losses = forces(context.pass(u, v), broken_joints, Some(contacts), scratch);
+    let losses = forces(context.pass(u, v, poses), broken_joints, Some(contacts), scratch);
     let motion = StateMotion { u: Access::Read(u), v: Access::Read(v), poses: Access::Read(poses) };
     (second_pass(context, motion, contacts, scratch), losses)
 }

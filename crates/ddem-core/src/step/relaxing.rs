@@ -27,7 +27,8 @@ pub(crate) fn advance_relaxing(
     scratch: &mut Scratch,
 ) -> StepSums {
     let span = scratch.profiler.begin();
-    preconditioner.respond(model, &state.poses, &scratch.f, scratch.level);
+    let Scratch { f, bodies, level, .. } = &*scratch;
+    preconditioner.respond(model, &state.poses, f, bodies, *level);
     let preconditioner = &*preconditioner;
     let (fields, f, runs, level) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {

@@ -71,7 +71,7 @@ pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>, bodies: &
     for lane in 0..pack.pack.filled {
         let member = pack.member(&poses, lane);
         if let Some(body) = pack.body(lane) {
-            member.set_forces(bodies[body].wrench, part.f);
+            member.set_twist(bodies[body].corner_forces, part.f);
             continue;
         }
         let mut wrench = member.resultant(part.f);

@@ -75,7 +75,7 @@ pub(super) fn sweep(
     let span = scratch.profiler.begin();
     let runs: Vec<_> = slabs.iter().map(|slab| slab.packs.clone()).collect();
     let slab_of = |run: &Range<usize>| slabs.iter().find(|slab| slab.packs == *run);
-    let pass = context.pass(moved.u.get(), moved.v.get());
+    let pass = context.pass(moved.u.get(), moved.v.get(), &[]);
     let (fields, frames, _) = scratch.forces(broken_joints, false, pass.viscous.is_some());
     let input = input(pass, frames);
     spread(packs, &runs, fields, &|run: Range<usize>, mut fields| {
@@ -148,7 +148,7 @@ fn run_sweep<S: Simd>(
         let mut own = if at_edge { forces.all() } else { forces.alone(packs, index, &mut f) };
         if !at_edge {
             let (u, v) = (second.blocks.u.get(), second.blocks.v.get());
-            let mut pass = context.pass(u, v);
+            let mut pass = context.pass(u, v, &[]);
             pass.first = slab.packs.start;
             let input = input(pass, second.blocks.frames.get());
             pack_forces(simd, &input, index, joints.pack(&mut own, inner, packs, index));

@@ -119,11 +119,10 @@ fn run_errors() -> Vec<RunError> {
         not_converged(1e-3, 0),
         not_converged(1e-3, 2),
         not_converged(2.0, 2),
-        unreachable_tolerance(Some(1e-6), None),
-        unreachable_tolerance(Some(0.0), None),
-        unreachable_tolerance(None, Some(1e6)),
-        unreachable_tolerance(None, Some(10.0)),
-        with_ratio(unreachable_tolerance(Some(0.0), None), 0.1),
+        unreachable_tolerance(Some(1e-6)),
+        unreachable_tolerance(Some(0.0)),
+        unreachable_tolerance(None),
+        with_ratio(unreachable_tolerance(Some(0.0)), 0.1),
     ]
 }
 
@@ -152,14 +151,13 @@ fn penetration(driven: Option<(usize, usize)>, relaxes: bool) -> RunError {
     }
 }
 
-fn unreachable_tolerance(thickness: Option<f64>, far: Option<f64>) -> RunError {
+fn unreachable_tolerance(thickness: Option<f64>) -> RunError {
     RunError::UnreachableTolerance {
         ratio: 1e-10,
         tolerance: 1e-12,
         block: 3,
         force: 1e-4,
         joint: thickness.map(|thickness| ("seam".to_owned(), thickness)),
-        far,
     }
 }
 

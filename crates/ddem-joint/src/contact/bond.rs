@@ -81,10 +81,10 @@ impl PatchBuilder<'_> {
         let part = if own > 0.0 { joint_pair.area / own } else { 1.0 };
         patch.points.iter_mut().for_each(|point| point.pair.area *= part);
         let axes = patch.frame();
-        patch.fix(&self.configuration, &on);
-        for i in 0..patch.points.len() {
-            let relative_position = patch.relative_position(&self.configuration, i);
-            patch.points[i].pair.origin = axes.tr_mul(&relative_position);
+        patch.fix_at(self.configuration.blocks, &on);
+        let relative_positions: Vec<Vec3> = patch.relative_positions(&self.configuration).collect();
+        for (point, relative_position) in patch.points.iter_mut().zip(relative_positions) {
+            point.pair.origin = axes.tr_mul(&relative_position);
         }
         // The springs carry the in-situ stress.
         let middle = |point: &ContactPoint| {
@@ -176,6 +176,7 @@ pub fn bonded_patches(
         small: true,
         last: (&still, 0.0),
         start: true,
+        poses: &[],
     };
     let builder = PatchBuilder {
         configuration,
@@ -292,8 +293,8 @@ impl Patch {
         let Some(law) = self.bond.and_then(|bond| context.law(bond.law)) else { return failing };
         let axes = self.present_frame(configuration);
         let check = self.check(configuration, context);
-        for (i, point) in self.points.iter().enumerate() {
-            let relative_position = self.relative_position(configuration, i);
+        let relative_positions = self.relative_positions(configuration);
+        for (point, relative_position) in self.points.iter().zip(relative_positions) {
             let own = axes.tr_mul(&relative_position);
             let elastic = point.pair.elastic(self.surface.stiffness, own);
             if let Some(mode) = point.pair.fails(law, check, elastic) {
@@ -322,9 +323,9 @@ impl Patch {
         // At rest the axes have the same components in the frames of both blocks.
         self.reference = 1 - self.reference;
         let after = self.present_frame(configuration);
-        for i in 0..self.points.len() {
-            let relative_position = self.relative_position(configuration, i);
-            let origin = &mut self.points[i].pair.origin;
+        let relative_positions: Vec<Vec3> = self.relative_positions(configuration).collect();
+        for (point, relative_position) in self.points.iter_mut().zip(relative_positions) {
+            let origin = &mut point.pair.origin;
             let [before, after] =
                 [before, after].map(|axes| axes.tr_mul(&relative_position) - *origin);
             *origin += after - before;

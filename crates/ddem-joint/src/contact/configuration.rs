@@ -2,12 +2,13 @@
 
 use std::sync::Arc;
 
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, UnitQuaternion};
 
 use super::cells::{ContactCell, cells};
 use ddem_mechanics::collide::{FaceId, Parallelepiped};
 use ddem_mechanics::element::corotation::Frame;
-use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::Pose;
 use ddem_mesh::grid::Bounds;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::{Geometry, SurfacePoint, Topology, Vec3};
@@ -31,6 +32,8 @@ pub struct ContactBlock {
     first: usize,
     pub(super) pack: usize,
     pub(super) lane: usize,
+    /// Number of its pack among the rigid ones.
+    rigid_pack: usize,
     /// Positions of its nodes at rest, if it is a part of a cell `[m]`; else empty.
     nodes: Box<[Vec3]>,
     /// Cell that it is a part of.
@@ -52,6 +55,8 @@ pub struct Configuration<'a> {
     pub last: (&'a [Lanes], f64),
     /// True in the first half step of a stage: nothing has moved since the last evaluation.
     pub start: bool,
+    /// Poses of rigid blocks, by rigid pack; empty at rest.
+    pub poses: &'a [[Pose; LANES]],
 }
 
 pub(super) fn contact_block(geometry: &Geometry, packs: &Packs) -> Vec<ContactBlock> {
@@ -77,6 +82,7 @@ pub(super) fn contact_block(geometry: &Geometry, packs: &Packs) -> Vec<ContactBl
             first: 3 * packs.packs[pack].start,
             pack,
             lane,
+            rigid_pack: packs.packs[pack].rigid_start,
             nodes: nodes_of_part(geometry, block),
             polyhedron: cell,
         }
@@ -111,11 +117,17 @@ impl ContactBlock {
 
     /// Position of a node at rest `[m]`.
     pub(super) fn rest_node(&self, node: usize) -> Vec3 {
-        self.nodes.get(node).copied().unwrap_or_else(|| {
-            let [i, j, k] = self.topology.steps(node).map(|at| at as f64);
-            let [x, y, z] = &self.steps;
-            self.corner + x * i + y * j + z * k
-        })
+        self.nodes.get(node).copied().unwrap_or_else(|| self.corner + self.rest_arm(node))
+    }
+
+    /// Vector from the first node to a node at rest `[m]`.
+    pub(super) fn rest_arm(&self, node: usize) -> Vec3 {
+        if let Some(at) = self.nodes.get(node) {
+            return at - self.nodes[0];
+        }
+        let [i, j, k] = self.topology.steps(node).map(|at| at as f64);
+        let [x, y, z] = &self.steps;
+        x * i + y * j + z * k
     }
 
     /// Value of a nodal field at lattice steps `at`.
@@ -262,6 +274,12 @@ impl ContactBlock {
 }
 
 impl Configuration<'_> {
+    /// Rotation of a rigid block from rest; `None` for a deformable one, and at rest.
+    pub(super) fn turn(&self, contact_block: &ContactBlock) -> Option<UnitQuaternion<f64>> {
+        let poses = self.poses.get(contact_block.rigid_pack).filter(|_| contact_block.rigid)?;
+        Some(poses[contact_block.lane].turn)
+    }
+
     /// Rotation of a block from its reference position.
     pub(super) fn rotation(&self, block: usize) -> Matrix3<f64> {
         let ContactBlock { pack, lane, .. } = self.blocks[block];
@@ -297,12 +315,6 @@ impl Configuration<'_> {
     pub fn position(&self, body: u32, point: &SurfacePoint) -> Vec3 {
         let contact_block = &self.blocks[point.block(body)];
         contact_block.rest(point) + contact_block.at(self.u, point)
-    }
-
-    /// Vector from a point on the first body to a point on the second `[m]`.
-    #[inline(always)]
-    pub(super) fn relative_position(&self, bodies: [u32; 2], points: &[SurfacePoint; 2]) -> Vec3 {
-        self.position(bodies[1], &points[1]) - self.position(bodies[0], &points[0])
     }
 
     /// Change of the vector between two points in the last step `[m]`.

@@ -9,6 +9,7 @@ use crate::losses::{LossSums, Losses};
 use crate::point::PairContext;
 use ddem_mechanics::law::springs::PointSprings;
 use ddem_mechanics::law::{JointLaw, MohrCoulomb, PointLoss, PointState};
+use ddem_mechanics::rigid::SpatialVector;
 use ddem_mesh::Vec3;
 
 /// Patches per parallel task.
@@ -87,10 +88,11 @@ impl Patch {
         let check = self.bond.map(|_| self.check(configuration, context));
         let (blocks, spacing) = (self.blocks, self.spacing(configuration));
         let has_friction = self.surface.friction.has_friction();
-        let (mut losses, mut couple) = (Losses::default(), Vec3::zeros());
-        for i in 0..self.points.len() {
-            let relative_position = self.relative_position(configuration, i);
-            let point = &mut self.points[i];
+        let motions = configuration.rigid_motions(blocks);
+        let (mut couple, mut wrenches) = (Vec3::zeros(), [SpatialVector::default(); 2]);
+        let mut losses = Losses::default();
+        for (point, fixed) in self.points.iter_mut().zip(&*self.fixed) {
+            let relative_position = fixed.relative_position(configuration.u, &motions);
             let own = axes.tr_mul(&relative_position);
             let loss = if let Some(check) = check {
                 let pair = &mut point.pair;
@@ -108,9 +110,11 @@ impl Patch {
                 point.update_contact(law, &springs, own, has_friction, spacing)
             };
             losses.add_point(point.pair.area, loss);
-            couple += relative_position.cross(&Self::force_along(&axes, &self.points[i]));
+            let force = Self::force_along(&axes, point);
+            couple += relative_position.cross(&force);
+            fixed.add_to(&motions, force, &mut wrenches);
         }
-        self.couple = couple;
+        (self.couple, self.wrenches) = (couple, wrenches);
         losses
     }
 }

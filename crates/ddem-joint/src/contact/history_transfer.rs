@@ -55,12 +55,12 @@ impl Patch {
         let normal = self.axes_now[0];
         let rotation = configuration.rotation_increment(self.order()[0]);
         let before = normal - rotation.cross(&(normal - rotation.cross(&normal) * 0.5));
-        let opening_increment = |(i, point): (usize, &ContactPoint)| {
-            let relative_position = self.relative_position(configuration, i);
+        let opening_increment = |(point, relative_position): (&ContactPoint, Vec3)| {
             let du = configuration.relative_displacement_increment(self.blocks, &point.points);
             normal.dot(&relative_position) - before.dot(&(relative_position - du))
         };
-        self.points.iter().enumerate().map(opening_increment).collect()
+        let relative_positions = self.relative_positions(configuration);
+        self.points.iter().zip(relative_positions).map(opening_increment).collect()
     }
 
     /// Energies in the springs, normal and shear `[J]`. The time scheme conserves, as normal

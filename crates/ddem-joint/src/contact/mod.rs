@@ -18,7 +18,8 @@
 //! | `patch_builder`, `clipped`, `side` | pairs of points of a patch, on faces and edges |
 //! | `meeting` | separation of two bodies and the features in contact |
 //! | `cells` | cells of several blocks as bodies |
-//! | `patch` | points, axes and forces of a patch |
+//! | `patch` | points and axes of a patch |
+//! | `fixed` | points fixed to nodes or rigid bodies; their forces on these |
 //! | `matched` | pairs of two faces with equal corners |
 //! | `history` | transfer of history from old points to new ones |
 //! | `forces` | forces of the points |
@@ -37,6 +38,7 @@ mod cells;
 mod clipped;
 mod configuration;
 mod contact_model;
+mod fixed;
 mod forces;
 mod friction;
 mod history_transfer;
@@ -60,6 +62,7 @@ use super::point::JointPoint;
 use ddem_mechanics::law::damage_at_equilibrium;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::rigid::SpatialVector;
 use ddem_mesh::{SurfacePoint, Vec3};
 
 pub use bound::{AddedStiffness, bound, outer, rigid_bounds};
@@ -72,8 +75,8 @@ pub use bond::{Bond, BondedPatch, ReleasedJoint, at_nodes, bonded_patches};
 use bond_groups::BondGroups;
 pub use bounds_at_nodes::bounds_at_nodes;
 pub use contact_model::ContactModel;
+use fixed::FixedPair;
 use forces::update;
-use holding::FixedPair;
 use release::release;
 use serde::{Deserialize, Serialize};
 pub use surfaces::{CombinedSurface, ContactSurfaces};
@@ -140,9 +143,13 @@ pub struct Patch {
     /// Blocks of the two bodies on which a contact has points, as bits.
     #[serde(skip)]
     parts: [u64; 2],
-    /// Nodes of its pairs if it is a nonconforming joint.
+    /// Nodes or arms of its points.
     #[serde(skip)]
-    fixed: Option<Arc<[FixedPair]>>,
+    fixed: Arc<[FixedPair]>,
+    /// Forces of all points on rigid bodies a and b, and their torques about the first node of the body's
+    /// block; zero for deformable ones.
+    #[serde(skip)]
+    wrenches: [SpatialVector; 2],
 }
 
 /// Patches, near pairs of blocks, and statuses of the joints.

@@ -2,10 +2,9 @@
 
 use nalgebra::Matrix3;
 
-use super::{Configuration, ContactBlock, ContactPoint, Patch};
+use super::{Configuration, ContactPoint, Patch};
 use crate::point::JointPoint;
 use ddem_mechanics::law::Traction;
-use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::Vec3;
 
 impl Patch {
@@ -60,26 +59,9 @@ impl Patch {
         (axes.column(0) * normal + along + across) * point.pair.area
     }
 
-    /// Adds the forces of its points on a block to those of its pack, `f`. The block is of body a (side
-    /// 0) or b (side 1).
-    #[inline]
-    pub fn add_forces(&self, side: usize, block: usize, on: &ContactBlock, f: &mut [Lanes]) {
-        if let Some(fixed) = &self.fixed {
-            return self.add_fixed(fixed, side, on.pack_start(), f);
-        }
-        let sign = if side == 0 { 1.0 } else { -1.0 };
-        let first = self.blocks[side];
-        if self.parts[side] & bit(block - first as usize) == 0 {
-            return;
-        }
-        let is_own = |point: &&ContactPoint| point.points[side].block(first) == block;
-        let own = self.points.iter().filter(is_own);
-        for point in own.filter(|point| self.may_carry_force(point)) {
-            let force = self.force(point) * sign;
-            for (node, weight) in on.weights(&point.points[side]) {
-                (0..3).for_each(|c| f[3 * node + c].0[on.lane] += weight * force[c]);
-            }
-        }
+    /// True if it may have points on a block of body a (side 0) or b (side 1).
+    pub(super) fn has_points_on(&self, side: usize, block: usize) -> bool {
+        self.bond.is_some() || self.parts[side] & bit(block - self.blocks[side] as usize) != 0
     }
 
     /// Area of all points `[m²]`.

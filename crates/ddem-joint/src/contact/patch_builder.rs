@@ -68,6 +68,7 @@ impl PatchBuilder<'_> {
             Features::Faces { quads, .. } => drop(self.face(&mut patch, &frame, quads, None)),
             Features::Edges(edges) => self.edges(&mut patch, edges),
         }
+        patch.fix(self.configuration.blocks);
         self.transfer_history(&mut patch, &frame, old);
         Some(patch)
     }
@@ -259,10 +260,12 @@ impl PatchBuilder<'_> {
         patch.surface.friction.set_stretch(stretch);
         let CombinedSurface { thickness, stiffness, .. } = patch.surface;
         let blocks = patch.blocks;
-        for ContactPoint { points, pair, slip_path } in &mut patch.points {
+        let relative_positions: Vec<Vec3> = patch.relative_positions(&self.configuration).collect();
+        for (point, relative_position) in patch.points.iter_mut().zip(relative_positions) {
+            let ContactPoint { points, pair, slip_path } = point;
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));
             let x = self.configuration.position(blocks[0], &points[0]);
-            let [gap, sx, sy] = own(self.configuration.relative_position(blocks, points));
+            let [gap, sx, sy] = own(relative_position);
             let [opening_increment, wx, wy] =
                 own(self.configuration.relative_displacement_increment(blocks, points));
             // A new contact begins with the gap of one step ago, before the last increment.

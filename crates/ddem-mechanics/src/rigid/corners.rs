@@ -45,11 +45,12 @@ impl CornerMoments {
         turn: &UnitQuaternion<f64>,
         points: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + Clone,
     ) -> SpatialVector {
+        let rotation = turn.to_rotation_matrix();
         let v = points.clone().fold(Vector3::zeros(), |sum, (_, v)| sum + v) / self.count;
         let moment = points.fold(Vector3::zeros(), |sum, (arm, velocity)| {
-            sum + (turn * (arm - self.mean)).cross(&(velocity - v))
+            sum + (rotation * (arm - self.mean)).cross(&(velocity - v))
         });
-        let angular = turn * (self.inverse * turn.inverse_transform_vector(&moment));
+        let angular = rotation * (self.inverse * rotation.inverse_transform_vector(&moment));
         SpatialVector { linear: v - angular.cross(&(turn * self.mean)), angular }
     }
 }

@@ -184,6 +184,14 @@ pub fn turned_away(turn: &UnitQuaternion<f64>, x: &Vector3<f64>) -> Vector3<f64>
     twice * turn.w + axis.cross(&twice)
 }
 
+/// Matrix `R − 1` of a rotation, accurate relative to its own size.
+#[inline]
+pub fn minus_identity(turn: &UnitQuaternion<f64>) -> Matrix3<f64> {
+    let axis = turn.vector().into_owned();
+    let across = axis * axis.transpose() - Matrix3::from_diagonal_element(axis.norm_squared());
+    (across + axis.cross_matrix() * turn.w) * 2.0
+}
+
 /// Rotation by a rotation vector, accurate at any length.
 fn turn_by(rotation: Vector3<f64>) -> UnitQuaternion<f64> {
     let half = 0.25 * rotation.norm_squared();

@@ -144,3 +144,13 @@ fn parts_of_a_body_share_wrench_and_motion() {
     assert!((sum.linear - wrench.linear).norm() < 1e-14);
     assert!((sum.angular - wrench.angular).norm() < 1e-13);
 }
+
+#[test]
+fn rotation_minus_identity_keeps_small_rotations() {
+    let x = Vector3::new(3.0, -2.0, 0.7);
+    for angle in [1e-12, 1e-5, 0.3, 2.9] {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::new(0.6, -0.0, 0.8) * angle);
+        let error = minus_identity(&turn) * x - turned_away(&turn, &x);
+        assert!(error.norm() <= 1e-15 * angle * x.norm(), "{angle}: {error}");
+    }
+}

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::MassContext;
 use super::springs::{BodyPatch, SpringSum};
 use crate::model::Model;
-use crate::step::{Poses, bodies};
+use crate::step::{BodyStep, Poses, bodies};
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::{MassProperties, Pose, RigidConstraint, SpatialVector};
 use ddem_mesh::pack::Pack;
@@ -129,20 +129,23 @@ impl RigidMasses {
         self.masses.iter_mut().for_each(|mass| mass.inverse *= factor);
     }
 
-    /// Computes the motions `M⁻¹ F` of all bodies under the forces `f` on all nodes. Returns the
-    /// wrenches on the bodies, without those against supports.
+    /// Computes the motions `M⁻¹ F` of all bodies under the forces `f` on all nodes, of which `steps`
+    /// has the wrenches on bodies of several blocks if they are known. Returns the wrenches on the
+    /// bodies, without those against supports.
     pub(super) fn respond(
         &mut self,
         model: &Model,
         poses: &[Poses],
         f: &[Lanes],
+        steps: &[BodyStep],
     ) -> Vec<SpatialVector> {
         let this = &*self;
         let of_body = |body: usize| {
             let mass = &this.masses[body];
             let parts = this.parts(model, body);
             let turn = pose(model, poses, &parts[0]).turn;
-            let wrench = bodies::wrench(model, parts, poses, f);
+            let known = steps.get(body).map(|step| step.wrench);
+            let wrench = known.unwrap_or_else(|| bodies::wrench(model, parts, poses, f));
             let own = mass.at_rest(&turn, wrench);
             let motion = mass.motion(&(mass.inverse * own));
             let Some(free) = &mass.free else { return (motion, wrench) };
@@ -270,7 +273,7 @@ pub(super) fn accelerations(
             continue;
         }
         let mass_properties = &model.assembly.rigid[rigid_start][lane];
-        let turn = poses.map_or(&rest, |poses| &poses[lane]).turn;
+        let turn = poses.map_or(&rest, |poses| &poses[lane]).turn.to_rotation_matrix();
         let motion = masses.motions[body as usize];
         for corner in 0..8 {
             let arm = mass_properties.arm(corner);

@@ -62,7 +62,7 @@ pub(crate) struct Scratch {
     /// Sums of the packs.
     pub(crate) sums: Vec<StepSums>,
     /// Steps of the rigid bodies of several blocks.
-    bodies: Vec<BodyStep>,
+    pub(super) bodies: Vec<BodyStep>,
     /// Reactions of the active supports `[N]`.
     pub(crate) reactions: Vec<f64>,
     /// Forces of the boundary dashpots `[N]`.

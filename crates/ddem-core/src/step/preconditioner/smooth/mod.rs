@@ -26,7 +26,7 @@ use super::rigid::RigidMasses;
 use super::springs::SpringSum;
 use super::{InverseMassRows, NO_CLASS, Preconditioner};
 use crate::model::Model;
-use crate::step::Poses;
+use crate::step::{BodyStep, Poses};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::rigid::SpatialVector;
@@ -191,9 +191,16 @@ impl Preconditioner {
     }
 
     /// Computes the motions of bodies and the smooth motions under the forces `f` on all nodes, which
-    /// `accelerations` uses.
-    pub(crate) fn respond(&mut self, model: &Model, poses: &[Poses], f: &[Lanes], level: Level) {
-        let wrenches = self.rigid.respond(model, poses, f);
+    /// `accelerations` uses. `steps` has the wrenches on bodies of several blocks if they are known.
+    pub(crate) fn respond(
+        &mut self,
+        model: &Model,
+        poses: &[Poses],
+        f: &[Lanes],
+        steps: &[BodyStep],
+        level: Level,
+    ) {
+        let wrenches = self.rigid.respond(model, poses, f, steps);
         let Self { smooth: Some(smooth), classes, of_pack, rigid, .. } = self else { return };
         let packs = &model.packs;
         each_pack(packs, [], &mut smooth.forces, |index, [], forces| {

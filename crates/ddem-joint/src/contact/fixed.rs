@@ -1,0 +1,233 @@
+//! Pairs of points fixed to their nodes or to their rigid bodies.
+//!
+//! The points of a patch keep their places until the patch is remade. Each pair has the slots of its
+//! nodes, or its arms on rigid bodies, and its vector at rest, so that a step reads no geometry.
+
+use nalgebra::Matrix3;
+
+use super::{Configuration, ContactBlock, ContactPoint, Patch};
+use ddem_mechanics::collide::weights;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::{SpatialVector, minus_identity};
+use ddem_mesh::{SurfacePoint, Vec3};
+
+/// Stands for the other slots of a point that lies on a node.
+const NO_SLOT: u32 = u32::MAX;
+
+/// Motion of a rigid body from rest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct RigidMotion {
+    /// Displacement of the first node of its block `[m]`.
+    shift: Vec3,
+    /// Rotation matrix minus one.
+    turn: Matrix3<f64>,
+}
+
+/// One side of a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum FixedPoint {
+    /// Point of an element of a deformable block.
+    Element {
+        /// Nodes: the index of the x component in a nodal field times [`LANES`], plus the lane.
+        slots: [u32; 4],
+        /// Coordinates in the element.
+        on: [f64; 2],
+    },
+    /// Point of a rigid body: the vector from the first node of its block at rest `[m]`.
+    Rigid(Vec3),
+}
+
+impl FixedPoint {
+    /// Point of a patch whose body on this side begins with block `first`, given its coordinates in the
+    /// element. Also returns the vector to it from the first node of that block at rest `[m]`.
+    fn new(
+        blocks: &[ContactBlock],
+        first: u32,
+        point: &SurfacePoint,
+        on: [f64; 2],
+    ) -> (Self, Vec3) {
+        let contact_block = &blocks[point.block(first)];
+        let (nodes, weights) = (contact_block.nodes_around(point), weights(on));
+        let each = nodes.iter().zip(weights);
+        // Relative to a node, so that a body far from the origin loses no digits.
+        let own: Vec3 = each.map(|(&node, weight)| contact_block.rest_arm(node) * weight).sum();
+        let arm = contact_block.rest_node(0) - blocks[first as usize].rest_node(0) + own;
+        if contact_block.rigid {
+            return (Self::Rigid(arm), arm);
+        }
+        let slot = |node: usize| (contact_block.index(node) * LANES + contact_block.lane) as u32;
+        let slots = match weights.iter().position(|weight| *weight == 1.0) {
+            Some(k) => [slot(nodes[k]), NO_SLOT, NO_SLOT, NO_SLOT],
+            None => nodes.map(slot),
+        };
+        (Self::Element { slots, on }, arm)
+    }
+
+    /// Displacement `[m]`, given the displacements of all nodes and the motion of its rigid body.
+    #[inline(always)]
+    fn displacement(&self, u: &[Lanes], motion: &RigidMotion) -> Vec3 {
+        match self {
+            Self::Element { slots, on } => nodes(slots, on).fold(Vec3::zeros(), |sum, node| {
+                let (at, lane, weight) = node;
+                let node = &u[at..at + 3];
+                sum + Vec3::new(node[0].0[lane], node[1].0[lane], node[2].0[lane]) * weight
+            }),
+            Self::Rigid(arm) => motion.shift + motion.turn * arm,
+        }
+    }
+
+    /// Adds a force on it to the wrench on its rigid body.
+    #[inline(always)]
+    fn add_to(&self, motion: &RigidMotion, force: Vec3, wrench: &mut SpatialVector) {
+        if let Self::Rigid(arm) = self {
+            wrench.linear += force;
+            wrench.angular += (arm + motion.turn * arm).cross(&force);
+        }
+    }
+}
+
+/// Slots of nodes in a nodal field: index of the x component, lane and weight.
+#[inline(always)]
+fn nodes(slots: &[u32; 4], on: &[f64; 2]) -> impl Iterator<Item = (usize, usize, f64)> + use<> {
+    let (count, weights) = match slots[1] == NO_SLOT {
+        true => (1, [1.0; 4]),
+        false => (4, weights(*on)),
+    };
+    let each = (*slots).into_iter().zip(weights).take(count);
+    each.map(|(slot, weight)| (slot as usize / LANES, slot as usize % LANES, weight))
+}
+
+/// A pair that keeps its place on both sides.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FixedPair {
+    points: [FixedPoint; 2],
+    /// Vector from side a to side b at rest `[m]`.
+    rest: Vec3,
+}
+
+impl FixedPair {
+    /// Pair of a patch of two bodies, given its coordinates in the elements of both sides.
+    fn new(
+        blocks: &[ContactBlock],
+        bodies: [u32; 2],
+        point: &ContactPoint,
+        on: [[f64; 2]; 2],
+    ) -> Self {
+        let of = |side: usize| FixedPoint::new(blocks, bodies[side], &point.points[side], on[side]);
+        let [(a, arm_a), (b, arm_b)] = [of(0), of(1)];
+        let [from_a, from_b] = bodies.map(|body| blocks[body as usize].rest_node(0));
+        Self { points: [a, b], rest: (from_b - from_a) + (arm_b - arm_a) }
+    }
+
+    /// Vector from side a to side b `[m]`.
+    #[inline(always)]
+    pub(super) fn relative_position(&self, u: &[Lanes], motions: &[RigidMotion; 2]) -> Vec3 {
+        let [a, b] = &self.points;
+        self.rest + (b.displacement(u, &motions[1]) - a.displacement(u, &motions[0]))
+    }
+
+    /// Adds a force on side a, and the opposite one on side b, to the wrenches on rigid bodies.
+    #[inline(always)]
+    pub(super) fn add_to(
+        &self,
+        motions: &[RigidMotion; 2],
+        force: Vec3,
+        wrenches: &mut [SpatialVector; 2],
+    ) {
+        self.points[0].add_to(&motions[0], force, &mut wrenches[0]);
+        self.points[1].add_to(&motions[1], -force, &mut wrenches[1]);
+    }
+}
+
+impl Configuration<'_> {
+    /// Motions of the rigid bodies of a patch; zero for deformable ones.
+    pub(super) fn rigid_motions(&self, blocks: [u32; 2]) -> [RigidMotion; 2] {
+        blocks.map(|block| {
+            let contact_block = &self.blocks[block as usize];
+            let Some(turn) = self.turn(contact_block) else { return RigidMotion::default() };
+            let shift = contact_block.value(self.u, [0; 3]);
+            RigidMotion { shift, turn: minus_identity(&turn) }
+        })
+    }
+}
+
+impl Patch {
+    /// Fixes its points to their nodes or rigid bodies, given their coordinates in the elements of both
+    /// sides.
+    pub(super) fn fix_at(&mut self, blocks: &[ContactBlock], on: &[[[f64; 2]; 2]]) {
+        let pair = |(point, on): (&ContactPoint, &[[f64; 2]; 2])| {
+            FixedPair::new(blocks, self.blocks, point, *on)
+        };
+        self.fixed = self.points.iter().zip(on).map(pair).collect();
+    }
+
+    /// Fixes the points of a contact.
+    pub(super) fn fix(&mut self, blocks: &[ContactBlock]) {
+        let pair = |point: &ContactPoint| {
+            let on = point.points.map(|point| point.on.map(f64::from));
+            FixedPair::new(blocks, self.blocks, point, on)
+        };
+        self.fixed = self.points.iter().map(pair).collect();
+    }
+
+    /// Vectors between the sides of its pairs `[m]`.
+    pub(super) fn relative_positions<'a>(
+        &'a self,
+        configuration: &'a Configuration<'_>,
+    ) -> impl Iterator<Item = Vec3> + 'a {
+        let motions = configuration.rigid_motions(self.blocks);
+        self.fixed.iter().map(move |pair| pair.relative_position(configuration.u, &motions))
+    }
+
+    /// Adds the forces of its points on a block to those of its pack, `f`, and to the torque on the block.
+    /// The block is of body a (side 0) or b (side 1).
+    #[inline]
+    pub fn add_forces(
+        &self,
+        side: usize,
+        block: usize,
+        on: &ContactBlock,
+        f: &mut [Lanes],
+        torque: &mut [Lanes; 3],
+    ) {
+        let is_first = self.blocks[side] as usize == block;
+        if on.rigid {
+            if is_first {
+                self.add_wrench(side, on.lane, f, torque);
+            }
+        } else if self.has_points_on(side, block) {
+            self.add_nodal_forces(side, block, on, f);
+        }
+        if usize::from(self.reference) == side && is_first {
+            (0..3).for_each(|c| torque[c].0[on.lane] += self.couple[c]);
+        }
+    }
+
+    /// Adds the wrench on a rigid body: the force at the first node of its block, and its torque about
+    /// that node.
+    fn add_wrench(&self, side: usize, lane: usize, f: &mut [Lanes], torque: &mut [Lanes; 3]) {
+        let SpatialVector { linear, angular } = self.wrenches[side];
+        for c in 0..3 {
+            f[c].0[lane] += linear[c];
+            torque[c].0[lane] += angular[c];
+        }
+    }
+
+    /// Adds the forces of the points on a deformable block.
+    fn add_nodal_forces(&self, side: usize, block: usize, on: &ContactBlock, f: &mut [Lanes]) {
+        let (axes, sign) = (self.frame(), if side == 0 { 1.0 } else { -1.0 });
+        let (first, start) = (self.blocks[side], on.pack_start());
+        for (point, fixed) in self.points.iter().zip(&*self.fixed) {
+            let is_own = point.points[side].block(first) == block;
+            let FixedPoint::Element { slots, on } = &fixed.points[side] else { continue };
+            if !is_own || !self.may_carry_force(point) {
+                continue;
+            }
+            let force = Self::force_along(&axes, point) * sign;
+            for (at, lane, weight) in nodes(slots, on) {
+                let node = &mut f[at - start..at - start + 3];
+                (0..3).for_each(|c| node[c].0[lane] += weight * force[c]);
+            }
+        }
+    }
+}
