@@ -107,7 +107,11 @@ fn strengths_decrease_by_increments() {
 #[test]
 fn contacts_are_as_exact_far_from_the_origin() {
     let case = of("relax_far");
-    let run = run(&example(case.deck));
+    let text = example(case.deck);
+    let rigid = edited(&text, "material = \"rock\"", "material = \"rock\"\nbody = \"rigid\"");
     let weight = 2.0 * 2400.0 * 9.81;
-    check(case, "force of the ground, z [N]", weight, run.last("ground.z"), Relative(1e-8));
+    for (text, what) in [(text, "deformable"), (rigid, "rigid")] {
+        let found = run(&text).last("ground.z");
+        check(case, &format!("force of the ground, z, {what} [N]"), weight, found, Relative(1e-8));
+    }
 }

@@ -16,7 +16,7 @@ use ddem_mechanics::element::ElementKind;
 use ddem_mechanics::element::modal::Modal;
 use ddem_mechanics::element::table::ElementTable;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::MassProperties;
+use ddem_mechanics::rigid::{CornerArms, MassProperties};
 
 /// Marker for no table: none of the four lanes has such a cell.
 pub const NO_TABLE: u32 = u32::MAX;
@@ -67,6 +67,8 @@ pub struct Assembly {
     /// Mass properties of the rigid blocks, for each rigid pack; lanes without a block repeat the
     /// first one.
     pub rigid: Vec<[MassProperties; LANES]>,
+    /// Arms of their corners.
+    pub arms: Vec<CornerArms>,
     /// Rigid bodies of several blocks.
     pub bodies: RigidBodies,
     element_index: HashMap<(ElementKind, [u64; 12]), u32>,
@@ -209,6 +211,11 @@ impl Assembly {
             self.rigid.push(rigid_matter(geometry, pack, &mut nodes));
         }
         self.unite_bodies(geometry, packs, properties, bonds);
+        let arms = |pack: &[MassProperties; LANES], corner: usize| {
+            [0, 1, 2].map(|c| Lanes(pack.each_ref().map(|lane| lane.arm(corner)[c])))
+        };
+        let of_pack = |pack| std::array::from_fn(|corner| arms(pack, corner));
+        self.arms = self.rigid.iter().map(of_pack).collect();
         let tied = geometry.summed_over_ties(&nodes);
         let mut index = HashMap::new();
         for pack in &packs.packs {

@@ -62,7 +62,11 @@ pub(super) fn less_rounding(ratio: f64, tolerance: f64, joint: Option<&(String, 
     let tolerance = 3.0 * ratio;
     let tolerance = (tolerance < LOOSEST).then(|| format!("use a tolerance of {tolerance:.0e}"));
     let ways: Vec<String> = tolerance.into_iter().chain(joint).collect();
-    if ways.is_empty() { "make the stiffest joints softer".to_owned() } else { ways.join(", or ") }
+    if ways.is_empty() {
+        "make the stiffest joints and contacts softer".to_owned()
+    } else {
+        ways.join(", or ")
+    }
 }
 
 /// Fastest block of an unfinished relaxation.

@@ -1,7 +1,7 @@
 //! Contact forces on the nodes of a pack (§9).
 
 use ddem_joint::contact::{ContactBlock, Contacts};
-use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::math::lanes::Lanes;
 
 /// Adds the forces of all contacts to the forces of a pack, and their couples to its torques. The
 /// fixed order of patches and points gives every node one order of summation.
@@ -12,7 +12,7 @@ pub(crate) fn collect(
     f: &mut [Lanes],
     torque: &mut [Lanes; 3],
 ) {
-    for &block in blocks.iter().take(LANES) {
+    for &block in blocks {
         let block = block as usize;
         for (patch, side) in contacts.of(block) {
             patch.add_forces(side, block, &contact_blocks[block], f, torque);

@@ -2,7 +2,7 @@
 
 use crate::model::conditions::SupportedAxis;
 use ddem_mechanics::math::lanes::Lanes;
-use ddem_mechanics::rigid::{MassProperties, Pose, RigidConstraint, SpatialVector};
+use ddem_mechanics::rigid::{LinearField, MassProperties, Pose, RigidConstraint, SpatialVector};
 use ddem_mesh::Vec3;
 
 /// Rigid block of a pack: mass properties, pose and lane.
@@ -31,26 +31,22 @@ impl<'a> RigidBlock<'a> {
         std::array::from_fn(|corner| rotation * self.mass_properties.arm(corner))
     }
 
-    /// Vector from the centroid to a corner in the present pose `[m]`.
-    fn arm(&self, corner: usize) -> Vec3 {
-        self.pose.turn * self.mass_properties.arm(corner)
-    }
-
-    /// Corner forces equivalent to a wrench, as the field of a rigid motion.
-    pub(crate) fn corner_forces(&self, wrench: SpatialVector) -> SpatialVector {
-        self.mass_properties.corner_forces(&self.pose.turn, wrench)
+    /// Corner forces equivalent to a wrench.
+    pub(crate) fn corner_forces(&self, wrench: SpatialVector) -> LinearField {
+        let turn = &self.pose.turn;
+        LinearField::of_twist(self.mass_properties.corner_forces(turn, wrench), turn)
     }
 
     /// Sets the corner forces to those equivalent to a wrench.
     pub(crate) fn set_forces(&self, wrench: SpatialVector, f: &mut [Lanes]) {
-        self.set_twist(self.corner_forces(wrench), f);
+        self.set_twist(self.mass_properties.corner_forces(&self.pose.turn, wrench), f);
     }
 
     /// Adds the corner forces equivalent to a torque.
     pub(crate) fn add_torque(&self, torque: &[Lanes; 3], f: &mut [Lanes]) {
         let wrench =
             SpatialVector { angular: at(torque, 0, self.lane), ..SpatialVector::default() };
-        let turn = self.corner_forces(wrench).angular;
+        let turn = self.mass_properties.corner_forces(&self.pose.turn, wrench).angular;
         for (corner, arm) in self.arms().iter().enumerate() {
             let force = turn.cross(arm);
             (0..3).for_each(|c| f[3 * corner + c].0[self.lane] += force[c]);
@@ -73,9 +69,10 @@ impl<'a> RigidBlock<'a> {
         first: usize,
     ) -> impl Iterator<Item = (Vec3, usize, f64)> + use<'a, 'b> {
         let own = supports.iter().filter(move |support| usize::from(support.lane) == self.lane);
+        let arms = self.arms();
         own.map(move |support| {
             let axis = usize::from(support.axis);
-            (self.arm(corner(support, first)), axis, velocities[support.fix as usize][axis])
+            (arms[corner(support, first)], axis, velocities[support.fix as usize][axis])
         })
     }
 
@@ -88,9 +85,10 @@ impl<'a> RigidBlock<'a> {
         first: usize,
         reactions: &mut [f64],
     ) {
+        let arms = self.arms();
         for (support, reaction) in supports.iter().zip(reactions) {
             if usize::from(support.lane) == self.lane {
-                let arm = self.arm(corner(support, first));
+                let arm = arms[corner(support, first)];
                 *reaction = constraint.reaction(wrench, arm, usize::from(support.axis));
             }
         }

@@ -153,7 +153,7 @@ impl Simulation {
         for patch in &mut contacts.patches {
             if patch.blocks.iter().any(|&block| model.is_removed(block as usize)) {
                 ended.extend(patch.ended());
-                patch.points = Box::default();
+                patch.clear();
             }
         }
         contacts.add_released(ended);

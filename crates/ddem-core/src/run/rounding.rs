@@ -47,8 +47,9 @@ impl Simulation {
         }
     }
 
-    /// Error of a relaxation whose unbalanced force is only rounding. Displacements are accurate to a
-    /// fraction of 2⁻⁵³, and forces to that times their stiffness.
+    /// Error of a relaxation whose unbalanced force is only rounding. Displacements, and the vectors
+    /// between the sides of contacts and nonconforming joints, are accurate to a fraction of 2⁻⁵³, and
+    /// forces to that times their stiffness.
     fn only_rounding(&self, tolerance: f64) -> Option<RunError> {
         let packs = &self.model.packs;
         let (mut sum, mut most) = (0.0, (0.0, 0));
@@ -65,10 +66,11 @@ impl Simulation {
                 }
             }
         }
+        let mut between_nodes = true;
         for (block, force) in self.rounding_of_contacts() {
             sum += force * force;
             if force > most.0 {
-                most = (force, block);
+                (most, between_nodes) = ((force, block), false);
             }
         }
         // A tolerance below one rounding error requests all steps.
@@ -76,27 +78,35 @@ impl Simulation {
             return None;
         }
         let (force, block) = most;
-        let (ratio, joint) = (self.last.ratio(), self.stiffest_joint(block));
+        let ratio = self.last.ratio();
+        let joint = self.stiffest_joint(block).filter(|_| between_nodes);
         let block = self.model.whole_block(block);
         Some(RunError::UnreachableTolerance { ratio, tolerance, block, force, joint })
     }
 
-    /// Rounding forces of contacts and nonconforming joints, due to the displacements of their blocks: block
-    /// and force `[N]`.
+    /// Rounding forces of contacts and nonconforming joints, due to the displacements of their blocks and the
+    /// vectors between their sides: block and force `[N]`.
     fn rounding_of_contacts(&self) -> impl Iterator<Item = (usize, f64)> + '_ {
         self.state.contacts.patches.iter().map(|patch| {
-            let block = patch.blocks[0] as usize;
-            let first = self.model.geometry.blocks[block].first_node as usize;
-            let at = Vec3::from(self.model.get(&self.state.u, first)).abs();
+            let moved = |block: u32| {
+                let first = self.model.geometry.blocks[block as usize].first_node as usize;
+                Vec3::from(self.model.get(&self.state.u, first)).abs()
+            };
+            let [a, b] = patch.blocks;
+            let at = moved(a).sup(&moved(b));
             let normal = patch.axes_now[0].abs();
             let along = normal.map(|n| (1.0 - n * n).max(0.0).sqrt());
             let area = |point: &ContactPoint| {
                 if patch.may_carry_force(point) { point.pair.area * point.pair.area } else { 0.0 }
             };
             let areas = patch.points.iter().map(area).sum::<f64>().sqrt();
+            let between = patch.points.iter().map(|point| point.pair.origin.abs());
+            let between = between.fold(Vec3::zeros(), |most, origin| most.sup(&origin));
+            let (normal, along) =
+                (normal.dot(&at).max(between.x), along.dot(&at).max(between.y.max(between.z)));
             let SpringStiffness { normal: stiff, shear } = patch.surface.stiffness;
-            let force = f64::EPSILON * areas * (stiff * normal.dot(&at) + shear * along.dot(&at));
-            (block, force)
+            let force = f64::EPSILON * areas * (stiff * normal + shear * along);
+            (a as usize, force)
         })
     }
 }

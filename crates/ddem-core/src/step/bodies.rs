@@ -8,8 +8,9 @@ use super::rigid::{Poses, RigidStep, halfway, reaction, rigid_step};
 use crate::force::rigid::{RigidBlock, at};
 use crate::force::support::Supports;
 use crate::model::Model;
+use crate::step::scratch::PackWrench;
 use ddem_mechanics::math::lanes::Lanes;
-use ddem_mechanics::rigid::{Pose, RigidConstraint, SpatialVector};
+use ddem_mechanics::rigid::{LinearField, Pose, RigidConstraint, SpatialVector};
 use ddem_mesh::BodyPart;
 use ddem_mesh::parallel::node_start;
 
@@ -20,9 +21,8 @@ const TOGETHER: usize = 64;
 #[derive(Clone, Debug, Default)]
 pub(crate) struct BodyStep {
     pub(crate) wrench: SpatialVector,
-    /// Forces on the corners of all parts that are equivalent to it, as by
-    /// [`MassProperties::corner_forces`](ddem_mechanics::rigid::MassProperties::corner_forces).
-    pub(super) corner_forces: SpatialVector,
+    /// Forces on the corners of all parts that are equivalent to it.
+    pub(super) corner_forces: LinearField,
     pub(super) step: RigidStep,
     /// Constraint and wrench of its supports, if it has any.
     supports: Option<Box<(RigidConstraint, SpatialVector)>>,
@@ -49,6 +49,15 @@ pub(super) fn wrench(
         sum.angular += own.angular;
     }
     sum
+}
+
+/// Sum of the wrenches on the parts of a body.
+fn sum_of(parts: &[BodyPart], wrenches: &[PackWrench]) -> SpatialVector {
+    parts.iter().fold(SpatialVector::default(), |sum, &BodyPart { pack, lane, .. }| {
+        let own = wrenches[pack].of(lane);
+        let (linear, angular) = (sum.linear + own.linear, sum.angular + own.angular);
+        SpatialVector { linear, angular }
+    })
 }
 
 /// Rigid motion of a body at rest, from a field at the corners of its first part.
@@ -116,13 +125,12 @@ pub(super) fn step_under(
     rigid_step(context.motion, &first, wrench, constraint.as_ref())
 }
 
-/// Computes the steps of all bodies under the forces `f` on all nodes and the `torques` on the packs,
+/// Computes the steps of all bodies under the wrenches on the blocks of all packs,
 /// and the reactions of their supports.
 pub(super) fn advance(
     context: Context<'_>,
     poses: &[Poses],
-    f: &[Lanes],
-    torques: &[[Lanes; 3]],
+    wrenches: &[PackWrench],
     reactions: &mut [f64],
     steps: &mut Vec<BodyStep>,
 ) {
@@ -130,10 +138,7 @@ pub(super) fn advance(
     let bodies = &model.assembly.bodies;
     let of_body = |body: usize| {
         let parts = bodies.parts(body);
-        let mut wrench = wrench(model, parts, poses, f);
-        for part in parts {
-            wrench.angular += at(&torques[part.pack], 0, part.lane);
-        }
+        let mut wrench = sum_of(parts, wrenches);
         let first = member(model, poses, &parts[0]);
         let constraint = constraint(context, body, poses);
         let supports = constraint.map(|constraint| {
@@ -171,19 +176,14 @@ pub(super) fn held_increments(context: Context<'_>, poses: &[Poses], increments:
     }
 }
 
-/// Poses of all bodies moved as near as possible to the displacement increments `v` of the corners of
-/// all their parts.
-pub(super) fn followed(model: &Model, poses: &[Poses], v: &[Lanes]) -> Vec<Pose> {
+/// Poses of all bodies moved as near as possible to displacement increments v of the corners of all
+/// their parts, of which `sums` has `Σ v` and `Σ R r × v` for each block.
+pub(super) fn followed(model: &Model, poses: &[Poses], sums: &[PackWrench]) -> Vec<Pose> {
     let bodies = &model.assembly.bodies;
     let of_body = |body: usize| {
         let parts = bodies.parts(body);
         let first = member(model, poses, &parts[0]);
-        let corners = parts.iter().flat_map(|part| {
-            let own = member(model, poses, part);
-            let v = &v[node_start(&model.packs, part.pack)..];
-            (0..8).map(move |corner| (own.mass_properties.arm(corner), at(v, corner, own.lane)))
-        });
-        let moving = first.pose.with_velocities_of_parts(first.mass_properties, corners);
+        let moving = first.pose.with_velocity_sums(first.mass_properties, sum_of(parts, sums));
         moving.moved(first.mass_properties, 1.0).0.resting()
     };
     (0..bodies.len()).into_par_iter().with_min_len(TOGETHER).map(of_body).collect()

@@ -1,5 +1,7 @@
 //! Displacement of supports at once, between two equilibria.
 
+use fearless_simd::dispatch;
+
 use super::relaxing::move_bodies;
 use super::rigid::{follow_corners, held_increments};
 use super::{Context, PackContext, bodies};
@@ -35,7 +37,10 @@ pub(crate) fn apply_support_displacements(
             continue;
         }
         if pack.rigid {
-            follow_corners(context.model, index, &mut state.poses[pack.rigid_start], u, increments);
+            let poses = &mut state.poses[pack.rigid_start];
+            dispatch!(scratch.level, simd => {
+                follow_corners(simd, context.model, index, poses, u, increments)
+            });
         } else {
             for (u, increment) in u.iter_mut().zip(&*increments) {
                 (0..LANES).for_each(|lane| u.0[lane] += increment.0[lane]);

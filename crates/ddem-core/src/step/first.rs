@@ -38,7 +38,7 @@ pub(crate) struct FirstPass<'a> {
     pub(crate) first: usize,
     /// Displacements `[m]`.
     pub(crate) u: &'a [Lanes],
-    /// Poses of the rigid blocks, by rigid pack.
+    /// Poses of the rigid blocks, by rigid pack; empty in passes without contacts.
     pub(crate) poses: &'a [[Pose; LANES]],
     /// Check of the bonded pairs for failure.
     pub(crate) failure_check: FailureCheck<'a>,

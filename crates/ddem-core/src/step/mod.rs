@@ -37,8 +37,9 @@ use crate::step::scratch::{
 use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::Contacts;
 use ddem_joint::losses::Losses;
-use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::math::sums::StepSums;
+use ddem_mechanics::rigid::SpatialVector;
 use ddem_mesh::parallel::spread;
 
 pub(crate) use bodies::BodyStep;
@@ -127,6 +128,9 @@ fn second_pass(
         });
         scratch.step_bodies(context, motions.poses.get());
         scratch.sum_ties(context.model);
+    } else {
+        // Those of bodies that have been removed.
+        scratch.bodies.clear();
     }
     spread_second(context, motions, contacts, scratch, &|others, run, fields| {
         dispatch!(level, simd => run_second(simd, context, others, run, fields));
@@ -170,6 +174,9 @@ fn run_collect<S: Simd>(
         nodes::collect(simd, &pack, others, &mut part);
         nodes::find_loads(simd, &pack, &mut part);
         nodes::add_loads(simd, &pack, &mut part);
+        if pack.is_rigid() {
+            rigid::sum_forces(simd, &pack, &mut part);
+        }
     }
 }
 
@@ -210,8 +217,12 @@ fn move_pack<S: Simd>(
     if !complete {
         nodes::add_loads(simd, pack, &mut part);
     }
+    let mut wrenches = [SpatialVector::default(); LANES];
     if pack.is_rigid() {
-        rigid::react(pack, &mut part, others.bodies);
+        if !complete {
+            rigid::sum_forces(simd, pack, &mut part);
+        }
+        wrenches = rigid::react(simd, pack, &mut part, others.bodies);
     } else {
         sliding::damp_deformation(simd, pack, &mut part);
         nodes::add_dashpot_forces(pack, &mut part);
@@ -221,7 +232,7 @@ fn move_pack<S: Simd>(
     part.sums.applied = pack.supports.applied(loads, part.reactions);
     match (pack.is_rigid(), pack.step.motion.fictitious) {
         (true, true) => rigid::relaxation_sums(pack, &mut part),
-        (true, false) => rigid::advance(pack, &mut part, others.bodies),
+        (true, false) => rigid::advance(simd, pack, &mut part, others.bodies, &wrenches),
         (false, true) => nodes::relaxation_sums(simd, pack, &mut part),
         (false, false) => nodes::advance(simd, pack, &mut part),
     }

@@ -23,10 +23,23 @@ pub(super) fn collect<S: Simd>(
     part: &mut PackFields<'_>,
 ) {
     let (model, index) = (pack.step.model, pack.index);
-    neighbour_forces::collect(simd, &model.packs, index, others.joints, part.f, part.torque);
+    neighbour_forces::collect(
+        simd,
+        &model.packs,
+        index,
+        others.joints,
+        part.f,
+        &mut part.wrench.torque,
+    );
     if let Some(contact_model) = &model.contact {
         let blocks = &pack.pack.blocks[..pack.pack.filled];
-        contact::collect(others.contacts, &contact_model.blocks, blocks, part.f, part.torque);
+        contact::collect(
+            others.contacts,
+            &contact_model.blocks,
+            blocks,
+            part.f,
+            &mut part.wrench.torque,
+        );
     }
 }
 
@@ -55,7 +68,7 @@ pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
     let loads = part.loaded.then_some(&*part.q);
     let (model, index) = (pack.step.model, pack.index);
     if model.corotational() && !pack.is_rigid() {
-        let torque = load(simd, part.torque);
+        let torque = load(simd, &part.wrench.torque);
         let (frame, Model { packs, assembly, .. }) = (&part.blocks.frames.get()[0], model);
         neighbour_forces::spread_torque(simd, packs, assembly, index, frame, torque, loads, part.f);
     } else if let Some(loads) = loads {

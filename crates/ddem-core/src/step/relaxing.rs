@@ -6,16 +6,16 @@ use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
 use super::bodies;
-use super::rigid::{follow_bodies, follow_corners};
+use super::rigid::{corner_sums, follow_bodies, follow_corners};
 use crate::model::Model;
 use crate::state::State;
 use crate::state::profile::Phase;
 use crate::step::frames::{fit_pack, frame_of};
 use crate::step::preconditioner::{self, Preconditioner};
-use crate::step::scratch::{Relaxing, Scratch};
+use crate::step::scratch::{PackWrench, Relaxing, Scratch};
 use ddem_mechanics::math::lanes::{Lanes, splat};
 use ddem_mechanics::math::sums::{NodeSums, StepSums, Sum};
-use ddem_mesh::parallel::{node_start, rigid_start, spread};
+use ddem_mesh::parallel::{each_pack, node_start, rigid_start, spread};
 
 /// Runs the second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, with M coupled across
 /// the gaps. The sums contain `Σ F·v⁺` and `Σ v⁺·v⁺`.
@@ -46,7 +46,15 @@ pub(super) fn move_bodies(model: &Model, state: &mut State, scratch: &mut Scratc
     if model.assembly.bodies.is_empty() {
         return;
     }
-    let next = bodies::followed(model, &state.poses, &state.v);
+    let level = scratch.level;
+    let Scratch { wrenches, frames, .. } = &mut *scratch;
+    each_pack(&model.packs, [&mut state.v], wrenches, |index, [v], sums| {
+        if model.packs.packs[index].rigid {
+            *sums = dispatch!(level, simd => corner_sums(simd, model, index, &frames[index], v));
+        }
+    });
+    let next = bodies::followed(model, &state.poses, wrenches);
+    wrenches.fill(PackWrench::default());
     let (fields, _, runs, _) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, fields: Relaxing<'_>| {
         let packs = &model.packs;
@@ -54,7 +62,8 @@ pub(super) fn move_bodies(model: &Model, state: &mut State, scratch: &mut Scratc
         for index in run.clone().filter(|&index| packs.packs[index].rigid) {
             let nodes = node_start(packs, index) - first..node_start(packs, index + 1) - first;
             let poses = &mut fields.poses[packs.packs[index].rigid_start - first_rigid];
-            follow_bodies(model, index, poses, &mut fields.u[nodes], &next);
+            let u = &mut fields.u[nodes];
+            dispatch!(level, simd => follow_bodies(simd, model, index, poses, u, &next));
             fields.frames[index - run.start] = frame_of(poses);
         }
     });
@@ -95,7 +104,7 @@ fn run_relaxing<S: Simd>(
         fields.sums[index - run.start] = sums;
         if pack.rigid {
             let poses = &mut fields.poses[pack.rigid_start - first_rigid];
-            follow_corners(model, index, poses, u, v);
+            follow_corners(simd, model, index, poses, u, v);
             fields.frames[index - run.start] = frame_of(poses);
         } else if model.corotational() {
             fields.frames[index - run.start] = fit_pack(simd, model, index, u);

@@ -1,7 +1,9 @@
 //! Second pass over a pack of rigid blocks (§8).
 //!
-//! Their corners collect forces as nodes do. The resultant moves the six degrees of freedom, and
-//! the corners follow.
+//! Their corners collect forces as nodes do; contacts add a wrench. The resultant moves the six
+//! degrees of freedom, and the corners follow.
+
+use fearless_simd::{Simd, SimdBase};
 
 use super::bodies::{self, BodyStep};
 use super::{Context, PackContext};
@@ -10,13 +12,16 @@ use crate::force::support::Supports;
 use crate::model::Model;
 use crate::state::motion::Motion;
 use crate::step::frames::frame_of;
-use crate::step::scratch::{Access, PackFields};
-use ddem_mechanics::math::lanes::{LANES, Lanes};
+use crate::step::scratch::{Access, PackFields, PackWrench};
+use ddem_mechanics::element::corotation::Frame;
+use ddem_mechanics::math::lanes::{LANES, Lanes, add, load, splat};
 use ddem_mechanics::math::leapfrog::local_damping;
 use ddem_mechanics::math::sums::StepSums;
 use ddem_mechanics::rigid::{
-    MassProperties, Pose, RigidCoefficients, RigidConstraint, SpatialVector,
+    CornerArms, LinearField, MassProperties, Pose, RigidCoefficients, RigidConstraint,
+    SpatialVector, resultants, set_at_corners,
 };
+use ddem_mesh::pack::Pack;
 use ddem_mesh::parallel::node_start;
 
 /// Poses of the blocks of a pack.
@@ -31,6 +36,11 @@ impl<'a> PackContext<'a> {
     /// Body of several blocks that the block in a lane is a part of.
     fn body(&self, lane: usize) -> Option<usize> {
         self.step.model.assembly.bodies.body(self.pack.rigid_start, lane)
+    }
+
+    /// Arms of the corners of its rigid blocks.
+    fn arms(&self) -> &'a CornerArms {
+        &self.step.model.assembly.arms[self.pack.rigid_start]
     }
 
     fn constraint(&self, member: &RigidBlock<'_>) -> Option<RigidConstraint> {
@@ -63,28 +73,46 @@ pub(super) fn held_increments(
     }
 }
 
+/// Sums the forces on the corners of a pack's blocks.
+#[inline(always)]
+pub(super) fn sum_forces<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
+    let rotation = part.blocks.frames.get()[0].matrix(simd);
+    let [force, torque] = resultants(simd, pack.arms(), &rotation, part.f);
+    part.wrench.force = force.map(Lanes::from);
+    part.wrench.torque = add(load(simd, &part.wrench.torque), torque).map(Lanes::from);
+}
+
 /// Adds the reactions of supports, and replaces the forces on the corners by those equivalent to
-/// the total.
-pub(super) fn react(pack: &PackContext<'_>, part: &mut PackFields<'_>, bodies: &[BodyStep]) {
+/// the total. Returns the total wrenches on blocks that are no parts of bodies.
+#[inline(always)]
+pub(super) fn react<S: Simd>(
+    simd: S,
+    pack: &PackContext<'_>,
+    part: &mut PackFields<'_>,
+    bodies: &[BodyStep],
+) -> [SpatialVector; LANES] {
     let Supports { list, first, .. } = pack.supports;
     let poses = part.blocks.poses.get()[0];
+    let mut forces = [LinearField::default(); LANES];
+    let mut wrenches = [SpatialVector::default(); LANES];
     for lane in 0..pack.pack.filled {
         let member = pack.member(&poses, lane);
         if let Some(body) = pack.body(lane) {
-            member.set_twist(bodies[body].corner_forces, part.f);
+            forces[lane] = bodies[body].corner_forces;
             continue;
         }
-        let mut wrench = member.resultant(part.f);
-        wrench.angular += at(&*part.torque, 0, lane);
+        let mut wrench = part.wrench.of(lane);
         if let Some(constraint) = pack.constraint(&member) {
             let answer = reaction(pack.step.motion, &member, &constraint, &wrench);
             member.set_reactions(&constraint, answer, list, first, part.reactions);
             wrench.linear += answer.linear;
             wrench.angular += answer.angular;
         }
-        member.set_forces(wrench, part.f);
+        (forces[lane], wrenches[lane]) = (member.corner_forces(wrench), wrench);
     }
-    *part.torque = [Lanes::ZERO; 3];
+    set_at_corners(simd, pack.arms(), &forces, part.f);
+    *part.wrench = PackWrench::default();
+    wrenches
 }
 
 /// Wrench with which supports correct the velocities after a step under another wrench. A relaxation
@@ -171,18 +199,10 @@ pub(super) fn rigid_step(
     }
 }
 
-/// Step of the block in a lane of a pack, whose forces are complete.
-fn step_of(
-    pack: &PackContext<'_>,
-    member: &RigidBlock<'_>,
-    f: &[Lanes],
-    bodies: &[BodyStep],
-) -> RigidStep {
-    if let Some(body) = pack.body(member.lane) {
-        return bodies[body].step;
-    }
+/// Step of a block that is no part of a body, under the wrench of all forces on it.
+fn step_of(pack: &PackContext<'_>, member: &RigidBlock<'_>, wrench: SpatialVector) -> RigidStep {
     let constraint = pack.constraint(member);
-    rigid_step(pack.step.motion, member, member.resultant(f), constraint.as_ref())
+    rigid_step(pack.step.motion, member, wrench, constraint.as_ref())
 }
 
 /// Local damping of each of the six degrees of freedom.
@@ -214,7 +234,14 @@ pub(super) fn relaxation_sums(pack: &PackContext<'_>, part: &mut PackFields<'_>)
 
 /// Moves the blocks of a pack and their corners. An evaluation computes their sums only. The first
 /// part of a body has the energies of all of it.
-pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>, bodies: &[BodyStep]) {
+#[inline(always)]
+pub(super) fn advance<S: Simd>(
+    simd: S,
+    pack: &PackContext<'_>,
+    part: &mut PackFields<'_>,
+    bodies: &[BodyStep],
+    wrenches: &[SpatialVector; LANES],
+) {
     let PackFields { blocks, f, sums: of_pack, reactions, q, loaded, buffer, .. } = part;
     let before = blocks.poses.get()[0];
     let v = match &mut blocks.v {
@@ -228,12 +255,16 @@ pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>, bodies:
     let mut sums = StepSums { applied: of_pack.applied, ..StepSums::default() };
     sums.supports[0] = pack.supports.power(v, reactions);
     let q = if *loaded { &**q } else { &[] };
+    let mut velocities = [LinearField::default(); LANES];
     let after: Poses = std::array::from_fn(|lane| {
         if lane >= pack.pack.filled {
             return before[lane];
         }
         let member = pack.member(&before, lane);
-        let rigid_step = step_of(pack, &member, f, bodies);
+        let rigid_step = match pack.body(lane) {
+            Some(body) => bodies[body].step,
+            None => step_of(pack, &member, wrenches[lane]),
+        };
         let model = pack.step.model;
         if model.assembly.bodies.counts(&model.packs, pack.index, lane) {
             sums.kinetic += rigid_step.kinetic;
@@ -245,36 +276,37 @@ pub(super) fn advance(pack: &PackContext<'_>, part: &mut PackFields<'_>, bodies:
         q.iter().zip(&*v).for_each(|(q, v)| sums.loads[0] += q.0[lane] * v.0[lane]);
         let (next, increment) =
             rigid_step.next.moved(member.mass_properties, pack.step.motion.time_step);
-        for corner in 0..8 {
-            let v_new =
-                increment.velocity(&(before[lane].turn * member.mass_properties.arm(corner)));
-            for c in 0..3 {
-                v[3 * corner + c].0[lane] = v_new[c];
-                sums.fastest.0[lane] = sums.fastest.0[lane].max(v_new[c].abs());
-            }
-        }
-        sums.loads[1] += q.iter().zip(&*v).map(|(q, v)| q.0[lane] * v.0[lane]).sum::<f64>();
+        velocities[lane] = increment.velocities(&before[lane].turn);
         next
     });
+    set_at_corners(simd, pack.arms(), &velocities, v);
+    let mut fastest = splat(simd, 0.0);
+    v.iter().for_each(|v| fastest = fastest.max(v.load(simd).abs()));
+    sums.fastest = Lanes::from(fastest);
+    for lane in 0..pack.pack.filled {
+        sums.loads[1] += q.iter().zip(&*v).map(|(q, v)| q.0[lane] * v.0[lane]).sum::<f64>();
+    }
     sums.supports[1] = pack.supports.power(v, reactions);
     if let (Some(u), Some(poses), Some(frames)) =
         (blocks.u.get_mut(), blocks.poses.get_mut(), blocks.frames.get_mut())
     {
-        for lane in 0..pack.pack.filled {
-            place_corners(&pack.member(&after, lane), u);
-        }
+        place_corners(simd, pack.step.model, pack.index, &after, u);
         poses[0] = after;
         frames[0] = frame_of(&after);
     }
     **of_pack = sums;
 }
 
-/// Sets the displacements of the corners of a block from its pose.
-fn place_corners(member: &RigidBlock<'_>, u: &mut [Lanes]) {
-    for corner in 0..8 {
-        let value = member.pose.displacement(&member.mass_properties.arm(corner));
-        (0..3).for_each(|c| u[3 * corner + c].0[member.lane] = value[c]);
-    }
+/// Sets the displacements of the corners of a pack's blocks from their poses.
+#[inline(always)]
+fn place_corners<S: Simd>(simd: S, model: &Model, index: usize, poses: &Poses, u: &mut [Lanes]) {
+    let Pack { rigid_start, filled, .. } = model.packs.packs[index];
+    let field = |lane| match lane < filled {
+        true => LinearField::of_pose(&poses[lane]),
+        false => LinearField::default(),
+    };
+    let fields = std::array::from_fn(field);
+    set_at_corners(simd, &model.assembly.arms[rigid_start], &fields, u);
 }
 
 /// Poses with the velocities at the present time, between the half steps before and after, under
@@ -287,7 +319,7 @@ pub(crate) fn present(context: Context<'_>, index: usize, all: &[Poses], f: &[La
         let member = pack.member(poses, lane);
         let step = match pack.body(lane) {
             Some(body) => bodies::step_under(context, body, all, f),
-            None => step_of(&pack, &member, own, &[]),
+            None => step_of(&pack, &member, member.resultant(own)),
         };
         poses[lane].between(&step.next, 0.5 * context.motion.previous_step_ratio())
     };
@@ -303,8 +335,24 @@ pub(crate) fn set_corner_velocities(model: &Model, index: usize, poses: &Poses, 
     }
 }
 
+/// Sums `Σ v` and `Σ R r × v` of a field v over the corners of a pack's rigid blocks.
+#[inline(always)]
+pub(super) fn corner_sums<S: Simd>(
+    simd: S,
+    model: &Model,
+    index: usize,
+    frame: &Frame,
+    v: &[Lanes],
+) -> PackWrench {
+    let arms = &model.assembly.arms[model.packs.packs[index].rigid_start];
+    let [force, torque] = resultants(simd, arms, &frame.matrix(simd), v);
+    PackWrench { force: force.map(Lanes::from), torque: torque.map(Lanes::from) }
+}
+
 /// Moves the parts of bodies in a pack to the poses `next` of the bodies, and their corners.
-pub(super) fn follow_bodies(
+#[inline(always)]
+pub(super) fn follow_bodies<S: Simd>(
+    simd: S,
     model: &Model,
     index: usize,
     poses: &mut Poses,
@@ -315,15 +363,16 @@ pub(super) fn follow_bodies(
     for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
         let Some(body) = model.assembly.bodies.body(pack.rigid_start, lane) else { continue };
         *pose = next[body];
-        let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
-        place_corners(&RigidBlock { mass_properties, pose, lane }, u);
     }
+    place_corners(simd, model, index, poses, u);
 }
 
-/// Moves the blocks of a pack in a relaxation as their corners move, but not parts of bodies. The velocities `v` of the
-/// corners are their displacement increments in this step. Then sets the displacements of the
-/// corners from the poses.
-pub(super) fn follow_corners(
+/// Moves the blocks of a pack in a relaxation as their corners move, but not parts of bodies. The
+/// velocities `v` of the corners are their displacement increments in this step. Then sets the
+/// displacements of the corners from the poses.
+#[inline(always)]
+pub(super) fn follow_corners<S: Simd>(
+    simd: S,
     model: &Model,
     index: usize,
     poses: &mut Poses,
@@ -341,6 +390,6 @@ pub(super) fn follow_corners(
             .with_corner_velocities(mass_properties, &corner_increments)
             .moved(mass_properties, 1.0);
         *pose = next.resting();
-        place_corners(&RigidBlock { mass_properties, pose, lane }, u);
     }
+    place_corners(simd, model, index, poses, u);
 }

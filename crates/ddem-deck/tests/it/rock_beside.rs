@@ -1,5 +1,6 @@
 //! Regions that touch each other, and sets of blocks beside them.
 
+use ddem_core::Simulation;
 use ddem_deck::{BlockMode, BuiltDeck};
 
 use crate::rock_decks::{built, deck, messages};
@@ -155,4 +156,16 @@ fn sets_that_reach_into_regions_and_names_of_both_are_faults() {
     let mut found = messages(&DECK.replace("origin = [4, 0, 0]", "origin = [3.5, 0, 0]"));
     found.extend(messages(&DECK.replace("name = 'wall'", "name = 'low'")));
     insta::assert_snapshot!(found.join("\n"));
+}
+
+/// Blocks that remain carry their own weight, not that of the cells.
+#[test]
+fn rigid_set_relaxes_after_all_rigid_cells_have_gone() {
+    let rigid = DECK.replace("material = 'granite'\n", "material = 'granite'\nbody = 'rigid'\n");
+    let gone = "[[remove]]\nwhere = { x = [0.0, 4.0] }\nfrom = 'dig'\n";
+    let text = format!("model.gravity = [0, 0, -9.81]\n{rigid}{gone}");
+    let mut simulation = Simulation::new(built(&text).model());
+    simulation.relax(1e-9, 20_000).expect("an equilibrium");
+    simulation.enter(1).expect("an excavation");
+    simulation.relax(1e-9, 2000).expect("an equilibrium without cells");
 }

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use ddem_core::{FastestBlock, Safety, SafetySearch, Simulation, Verdict};
+use ddem_core::{FastestBlock, RunError, Safety, SafetySearch, Simulation};
 
 use crate::rock_decks;
 
@@ -17,14 +17,16 @@ fn block(changes: &[(&str, &str)]) -> Simulation {
     Simulation::new(rock_decks::built(&text).model())
 }
 
-/// With 1e20 Pa/m the rounding of a position of 4 m, 4e-16 m, causes more than the weight of 26 kN.
+/// With 1e13 Pa/m the rounding of a displacement of 3 µm, 3e-22 m, causes 3e-9 Pa; the weight causes 22 kPa.
 #[test]
-fn trials_of_nothing_but_rounding_are_undecided() {
-    let stiff = block(&[("normal_stiffness = 1e10", "normal_stiffness = 1e20")]);
-    let found = stiff.factor_of_safety(&SafetySearch::default(), &|_| {}).expect("a search");
-    assert_eq!((found.factor, found.bracket), (None, [None; 2]));
-    let verdicts: Vec<Verdict> = found.trials.iter().map(|trial| trial.verdict).collect();
-    assert_eq!(verdicts, [Verdict::Undecided; 2]);
+fn rounding_of_a_stiff_contact_ends_trials_at_rest() {
+    let mut stiff = block(&[("normal_stiffness = 1e10", "normal_stiffness = 1e13")]);
+    let search = SafetySearch { tolerance: 1e-14, ..SafetySearch::default() };
+    let found = stiff.factor_of_safety(&search, &|_| {}).expect("a search");
+    let exact = 35_f64.to_radians().tan() / 30_f64.to_radians().tan();
+    assert!((found.factor.expect("a factor") / exact - 1.0).abs() < 2e-3);
+    let error = stiff.relax(1e-14, 20_000).expect_err("rounding");
+    assert!(matches!(error, RunError::UnreachableTolerance { joint: None, .. }), "{error}");
 }
 
 /// The search of cells in contact ends with the same bits if its trials are known: its rungs run again, and

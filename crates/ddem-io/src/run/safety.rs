@@ -333,7 +333,7 @@ pub(super) fn warnings(
 /// Advice on a trial that was undecided after some steps.
 fn decisive(steps: u64, search: &SafetySearch) -> &'static str {
     if steps < search.max_steps {
-        "rounding hides its forces: move the model nearer to the origin, or make the stiffest joints softer"
+        "rounding hides its forces: make the stiffest joints and contacts softer"
     } else {
         "raise `max_steps`"
     }

@@ -17,7 +17,7 @@ const NO_SLOT: u32 = u32::MAX;
 /// Motion of a rigid body from rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct RigidMotion {
-    /// Displacement of the first node of its block `[m]`.
+    /// Displacement of the first node of the patch's block `[m]`.
     shift: Vec3,
     /// Rotation matrix minus one.
     turn: Matrix3<f64>,
@@ -33,7 +33,7 @@ enum FixedPoint {
         /// Coordinates in the element.
         on: [f64; 2],
     },
-    /// Point of a rigid body: the vector from the first node of its block at rest `[m]`.
+    /// Point of a rigid body: the vector from the first node of the patch's block at rest `[m]`.
     Rigid(Vec3),
 }
 
@@ -49,7 +49,7 @@ impl FixedPoint {
         let contact_block = &blocks[point.block(first)];
         let (nodes, weights) = (contact_block.nodes_around(point), weights(on));
         let each = nodes.iter().zip(weights);
-        // Relative to a node, so that a body far from the origin loses no digits.
+        // Relative to a node, so that weights of positions far from the origin lose no digits.
         let own: Vec3 = each.map(|(&node, weight)| contact_block.rest_arm(node) * weight).sum();
         let arm = contact_block.rest_node(0) - blocks[first as usize].rest_node(0) + own;
         if contact_block.rigid {
@@ -158,16 +158,20 @@ impl Patch {
         let pair = |(point, on): (&ContactPoint, &[[f64; 2]; 2])| {
             FixedPair::new(blocks, self.blocks, point, *on)
         };
+        debug_assert_eq!(self.points.len(), on.len());
         self.fixed = self.points.iter().zip(on).map(pair).collect();
     }
 
     /// Fixes the points of a contact.
     pub(super) fn fix(&mut self, blocks: &[ContactBlock]) {
-        let pair = |point: &ContactPoint| {
-            let on = point.points.map(|point| point.on.map(f64::from));
-            FixedPair::new(blocks, self.blocks, point, on)
-        };
-        self.fixed = self.points.iter().map(pair).collect();
+        let on = |point: &ContactPoint| point.points.map(|point| point.on.map(f64::from));
+        let on: Vec<_> = self.points.iter().map(on).collect();
+        self.fix_at(blocks, &on);
+    }
+
+    /// Removes all points; a patch without points is dropped.
+    pub fn clear(&mut self) {
+        (self.points, self.fixed) = Default::default();
     }
 
     /// Vectors between the sides of its pairs `[m]`.

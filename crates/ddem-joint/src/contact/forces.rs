@@ -88,6 +88,7 @@ impl Patch {
         let check = self.bond.map(|_| self.check(configuration, context));
         let (blocks, spacing) = (self.blocks, self.spacing(configuration));
         let has_friction = self.surface.friction.has_friction();
+        debug_assert_eq!(self.points.len(), self.fixed.len());
         let motions = configuration.rigid_motions(blocks);
         let (mut couple, mut wrenches) = (Vec3::zeros(), [SpatialVector::default(); 2]);
         let mut losses = Losses::default();

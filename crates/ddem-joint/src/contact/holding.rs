@@ -13,6 +13,7 @@ use ddem_mesh::Vec3;
 const TOGETHER: usize = 64;
 /// Pairs that are checked for failure at once.
 const AT_ONCE: usize = 16;
+
 impl Contacts {
     /// Fixes the points of a restored state, those of joints as in the model.
     pub fn fix(&mut self, bonded_patches: &[BondedPatch], blocks: &[ContactBlock]) {

@@ -18,8 +18,8 @@
 //! | `patch_builder`, `clipped`, `side` | pairs of points of a patch, on faces and edges |
 //! | `meeting` | separation of two bodies and the features in contact |
 //! | `cells` | cells of several blocks as bodies |
-//! | `patch` | points and axes of a patch |
-//! | `fixed` | points fixed to nodes or rigid bodies; their forces on these |
+//! | `patch` | points, axes and forces of a patch |
+//! | `fixed` | points fixed to nodes or rigid bodies, to which their forces go |
 //! | `matched` | pairs of two faces with equal corners |
 //! | `history` | transfer of history from old points to new ones |
 //! | `forces` | forces of the points |
@@ -146,8 +146,8 @@ pub struct Patch {
     /// Nodes or arms of its points.
     #[serde(skip)]
     fixed: Arc<[FixedPair]>,
-    /// Forces of all points on rigid bodies a and b, and their torques about the first node of the body's
-    /// block; zero for deformable ones.
+    /// Forces of all points on rigid bodies a and b, and their torques about the first nodes of `blocks`;
+    /// zero for deformable bodies.
     #[serde(skip)]
     wrenches: [SpatialVector; 2],
 }
@@ -340,7 +340,7 @@ impl Contacts {
     /// Memory in use `[bytes]`.
     pub fn bytes(&self) -> usize {
         let points: usize = self.patches.iter().map(|patch| patch.points.len()).sum();
-        points * size_of::<ContactPoint>()
+        points * (size_of::<ContactPoint>() + size_of::<FixedPair>())
             + self.patches.len() * size_of::<Patch>()
             + 4 * (self.entries.len() + self.bodies.len())
             + size_of_val(&self.near[..])

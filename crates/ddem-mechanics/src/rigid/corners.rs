@@ -38,20 +38,13 @@ impl CornerMoments {
         Self { count, mean, inverse }
     }
 
-    /// Velocity of the centre of mass and angular velocity nearest to velocities of the points, which
-    /// are given with their arms at rest.
-    fn twist(
-        &self,
-        turn: &UnitQuaternion<f64>,
-        points: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + Clone,
-    ) -> SpatialVector {
-        let rotation = turn.to_rotation_matrix();
-        let v = points.clone().fold(Vector3::zeros(), |sum, (_, v)| sum + v) / self.count;
-        let moment = points.fold(Vector3::zeros(), |sum, (arm, velocity)| {
-            sum + (rotation * (arm - self.mean)).cross(&(velocity - v))
-        });
-        let angular = rotation * (self.inverse * rotation.inverse_transform_vector(&moment));
-        SpatialVector { linear: v - angular.cross(&(turn * self.mean)), angular }
+    /// Velocity of the centre of mass and angular velocity nearest to velocities v of the points, of
+    /// which the sums `Σ v` and `Σ R r × v` are given.
+    fn twist_of_sums(&self, turn: &UnitQuaternion<f64>, sums: SpatialVector) -> SpatialVector {
+        let (mean, v) = (turn * self.mean, sums.linear / self.count);
+        let moment = sums.angular - mean.cross(&sums.linear);
+        let angular = turn * (self.inverse * turn.inverse_transform_vector(&moment));
+        SpatialVector { linear: v - angular.cross(&mean), angular }
     }
 }
 
@@ -93,7 +86,12 @@ impl PartCorners {
         turn: &UnitQuaternion<f64>,
         velocities: &[Vector3<f64>; 8],
     ) -> SpatialVector {
-        self.own.twist(turn, self.arms.iter().copied().zip(velocities.iter().copied()))
+        let mut sums = SpatialVector::default();
+        for (arm, v) in self.arms.iter().zip(velocities) {
+            sums.linear += v;
+            sums.angular += (turn * arm).cross(v);
+        }
+        self.own.twist_of_sums(turn, sums)
     }
 }
 
@@ -109,15 +107,16 @@ impl MassProperties {
 
 impl Pose {
     /// Pose with the velocity and momentum nearest to velocities of the corners of all parts of a body
-    /// `[m/s]`, which are given with their arms at rest. `mass_properties` are those of any part.
+    /// `[m/s]`, of which the sums `Σ v` and `Σ R r × v` are given. `mass_properties` are those of any
+    /// part.
     #[must_use]
-    pub fn with_velocities_of_parts(
+    pub fn with_velocity_sums(
         mut self,
         mass_properties: &MassProperties,
-        corners: impl Iterator<Item = (Vector3<f64>, Vector3<f64>)> + Clone,
+        sums: SpatialVector,
     ) -> Self {
         if let Some(part) = &mass_properties.part {
-            let twist = part.body.twist(&self.turn, corners);
+            let twist = part.body.twist_of_sums(&self.turn, sums);
             self.velocity = twist.linear;
             self.momentum = mass_properties.momentum(&self.turn, twist.angular);
         }

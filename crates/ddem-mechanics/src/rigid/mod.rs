@@ -1,12 +1,13 @@
 //! One rigid block, its mass properties and its pose (§8): formulas of a block, without mesh or
 //! loop over blocks.
 //!
-//! The eight corners of a rigid block have displacements and velocities like any node, and all
+//! The eight corners of a rigid block have displacements and velocities like any node, and most
 //! forces act on them. This module has the six degrees of freedom behind them. The angular momentum
 //! is stored in space axes, so that only a torque changes it. The rotation is a quaternion.
 
 mod constraint;
 mod corners;
+mod field;
 mod fit;
 
 use nalgebra::{Matrix3, Quaternion, SymmetricEigen, UnitQuaternion, Vector3, Vector6};
@@ -17,6 +18,7 @@ use crate::math::leapfrog::coefficients;
 pub use constraint::RigidConstraint;
 pub use corners::CornerMoments;
 use corners::PartCorners;
+pub use field::{CornerArms, LinearField, resultants, set_at_corners};
 
 /// Mass, inertia and shape of a rigid block.
 #[derive(Clone, Debug, PartialEq)]
@@ -315,11 +317,13 @@ impl Pose {
 }
 
 impl RigidIncrement {
-    /// Mean velocity of the point at an arm before the step: its displacement over the time step
-    /// `[m/s]`.
+    /// Mean velocities of the corners: their displacements over the time step `[m/s]`. `turn` is the
+    /// rotation before the step.
     #[inline]
-    pub fn velocity(&self, arm: &Vector3<f64>) -> Vector3<f64> {
-        self.velocity + turned_away(&self.turn, arm) / self.time_step
+    pub fn velocities(&self, turn: &UnitQuaternion<f64>) -> LinearField {
+        let rotation = turn.to_rotation_matrix().into_inner();
+        let gradient = minus_identity(&self.turn) * rotation / self.time_step;
+        LinearField { value: self.velocity, gradient }
     }
 }
 

@@ -323,7 +323,7 @@ pub(super) fn accelerations<S: Simd>(
     let packs = &model.packs;
     let pack = &packs.packs[index];
     if pack.rigid {
-        rigid::accelerations(model, poses, &preconditioner.rigid, index, out);
+        rigid::accelerations(simd, model, poses, &preconditioner.rigid, index, out);
         return;
     }
     if preconditioner.frames.is_empty() {

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use fearless_simd::Simd;
 use nalgebra::{Matrix6, SymmetricEigen, UnitQuaternion, Vector6};
 use rayon::prelude::*;
 
@@ -10,7 +11,9 @@ use super::springs::{BodyPatch, SpringSum};
 use crate::model::Model;
 use crate::step::{BodyStep, Poses, bodies};
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::{MassProperties, Pose, RigidConstraint, SpatialVector};
+use ddem_mechanics::rigid::{
+    LinearField, MassProperties, Pose, RigidConstraint, SpatialVector, set_at_corners,
+};
 use ddem_mesh::pack::Pack;
 use ddem_mesh::{BodyPart, Vec3};
 
@@ -129,9 +132,9 @@ impl RigidMasses {
         self.masses.iter_mut().for_each(|mass| mass.inverse *= factor);
     }
 
-    /// Computes the motions `M⁻¹ F` of all bodies under the forces `f` on all nodes, of which `steps`
-    /// has the wrenches on bodies of several blocks if they are known. Returns the wrenches on the
-    /// bodies, without those against supports.
+    /// Computes the motions `M⁻¹ F` of all bodies under the forces `f` on all nodes. `steps` has the
+    /// wrenches on bodies of several blocks, or is empty; then `f` gives them. Returns the wrenches on
+    /// the bodies, without those against supports.
     pub(super) fn respond(
         &mut self,
         model: &Model,
@@ -256,7 +259,9 @@ fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
 
 /// Computes `M⁻¹ F` at the corners of the rigid blocks of a pack. The masses rotate with the
 /// blocks. [`RigidMasses::respond`] comes before.
-pub(super) fn accelerations(
+#[inline(always)]
+pub(super) fn accelerations<S: Simd>(
+    simd: S,
     model: &Model,
     poses: Option<&Poses>,
     masses: &RigidMasses,
@@ -265,20 +270,17 @@ pub(super) fn accelerations(
 ) {
     let Pack { filled, rigid_start, .. } = model.packs.packs[index];
     // Lanes without a body do not move.
-    out.fill(Lanes::ZERO);
+    let mut fields = [LinearField::default(); LANES];
     let rest = Pose::default();
     for lane in 0..filled {
         let body = masses.of_lane[rigid_start][lane];
         if body == NO_BODY {
             continue;
         }
-        let mass_properties = &model.assembly.rigid[rigid_start][lane];
-        let turn = poses.map_or(&rest, |poses| &poses[lane]).turn.to_rotation_matrix();
-        let motion = masses.motions[body as usize];
-        for corner in 0..8 {
-            let arm = mass_properties.arm(corner);
-            let value = turn * (motion.linear + motion.angular.cross(&arm));
-            (0..3).for_each(|c| out[3 * corner + c].0[lane] = value[c]);
-        }
+        let turn = poses.map_or(&rest, |poses| &poses[lane]).turn;
+        let SpatialVector { linear, angular } = masses.motions[body as usize];
+        let twist = SpatialVector { linear: turn * linear, angular: turn * angular };
+        fields[lane] = LinearField::of_twist(twist, &turn);
     }
+    set_at_corners(simd, &model.assembly.arms[rigid_start], &fields, out);
 }

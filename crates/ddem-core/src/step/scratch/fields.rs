@@ -11,7 +11,8 @@ use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::math::sums::StepSums;
-use ddem_mechanics::rigid::Pose;
+use ddem_mechanics::rigid::{Pose, SpatialVector};
+use ddem_mesh::Vec3;
 use ddem_mesh::pack::Packs;
 use ddem_mesh::parallel::{Split, cut, neighbour_force_start, node_start, rigid_start};
 
@@ -76,6 +77,23 @@ pub(crate) struct Relaxing<'a> {
     pub(crate) poses: &'a mut [[Pose; LANES]],
 }
 
+/// Wrenches on the blocks of a pack.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PackWrench {
+    /// Sums of the forces on the corners of rigid blocks `[N]`.
+    pub(crate) force: [Lanes; 3],
+    /// Residual torques of deformable blocks, torques on rigid ones `[N m]`.
+    pub(crate) torque: [Lanes; 3],
+}
+
+impl PackWrench {
+    /// Wrench on the block in a lane.
+    pub(crate) fn of(&self, lane: usize) -> SpatialVector {
+        let own = |v: &[Lanes; 3]| Vec3::from(v.map(|c| c.0[lane]));
+        SpatialVector { linear: own(&self.force), angular: own(&self.torque) }
+    }
+}
+
 /// Forces on a run of packs, and the working space of its task. The first pass computes them, the
 /// second one completes them.
 pub(crate) struct PackForces<'a> {
@@ -84,7 +102,7 @@ pub(crate) struct PackForces<'a> {
     pub(crate) f: &'a mut [Lanes],
     /// Viscous forces; empty if blocks have never been viscous.
     pub(crate) viscous: &'a mut [Lanes],
-    pub(crate) torques: &'a mut [[Lanes; 3]],
+    pub(crate) wrenches: &'a mut [PackWrench],
     pub(crate) workspaces: &'a mut [TaskWorkspaces],
 }
 
@@ -130,7 +148,7 @@ pub(crate) struct PackFields<'a> {
     pub(crate) f: &'a mut [Lanes],
     /// Viscous forces of the blocks, against the motion; empty if they are not viscous.
     pub(crate) viscous: &'a mut [Lanes],
-    pub(crate) torque: &'a mut [Lanes; 3],
+    pub(crate) wrench: &'a mut PackWrench,
     pub(crate) sums: &'a mut StepSums,
     pub(crate) reactions: &'a mut [f64],
     /// Forces of the boundary dashpots.
@@ -155,7 +173,7 @@ impl PackForces<'_> {
             first: self.first,
             f: &mut *self.f,
             viscous: &mut *self.viscous,
-            torques: &mut *self.torques,
+            wrenches: &mut *self.wrenches,
             workspaces: &mut *self.workspaces,
         }
     }
@@ -179,7 +197,7 @@ impl PackForces<'_> {
             first: index,
             f: &mut f[..nodes.len()],
             viscous: self.viscous.get_mut(nodes).unwrap_or_default(),
-            torques: &mut self.torques[index - self.first..=index - self.first],
+            wrenches: &mut self.wrenches[index - self.first..=index - self.first],
             workspaces: &mut *self.workspaces,
         }
     }
@@ -202,7 +220,7 @@ impl PackJoints<'_> {
             viscous: forces.viscous.get_mut(nodes.clone()),
             f: &mut forces.f[nodes],
             neighbour_forces: &mut on_neighbours.forces[at(index)..at(index + 1)],
-            torque: &mut forces.torques[index - forces.first],
+            torque: &mut forces.wrenches[index - forces.first].torque,
             energy: self.energies.get_mut(index - self.first),
             losses: &mut self.losses[index - self.first],
         };
@@ -241,7 +259,7 @@ impl SecondPass<'_> {
             },
             q: &mut spaces.q[..nodes.len()],
             f: &mut forces.f[nodes],
-            torque: &mut forces.torques[index - forces.first],
+            wrench: &mut forces.wrenches[index - forces.first],
             sums: &mut self.sums[index - first],
             reactions: &mut self.reactions[supports],
             dashpot_forces: &mut self.dashpot_forces[dashpot_forces],
@@ -301,7 +319,7 @@ impl Split for PackForces<'_> {
             first,
             f: cut(&mut self.f, nodes),
             viscous: cut(&mut self.viscous, nodes),
-            torques: cut(&mut self.torques, at - first),
+            wrenches: cut(&mut self.wrenches, at - first),
             workspaces: cut(&mut self.workspaces, low_runs),
         };
         (low, Self { first: at, ..self })

@@ -31,8 +31,8 @@ use ddem_mesh::parallel::{each_pack, node_start, runs};
 
 use fields::BlockMotion;
 pub(crate) use fields::{
-    Access, FirstPassPack, NeighbourForcesMut, PackFields, PackForces, PackJoints, Relaxing,
-    SecondPass,
+    Access, FirstPassPack, NeighbourForcesMut, PackFields, PackForces, PackJoints, PackWrench,
+    Relaxing, SecondPass,
 };
 
 /// Forces, sums and working space.
@@ -47,8 +47,8 @@ pub(crate) struct Scratch {
     viscous: Vec<Lanes>,
     /// Forces of joints on upper neighbours.
     neighbour_forces: Vec<Lanes>,
-    /// Residual torques of the packs `[N m]`.
-    torques: Vec<[Lanes; 3]>,
+    /// Wrenches on the blocks of the packs.
+    pub(super) wrenches: Vec<PackWrench>,
     /// Frames of the packs at the present displacements.
     pub(crate) frames: Vec<Frame>,
     /// Strain energies of the packs, in blocks and joints `[J]`.
@@ -142,7 +142,7 @@ impl Scratch {
             tied: Vec::new(),
             viscous: Vec::new(),
             neighbour_forces: vec![Lanes::ZERO; 3 * packs.neighbour_forces],
-            torques: vec![[Lanes::ZERO; 3]; n],
+            wrenches: vec![PackWrench::default(); n],
             frames: vec![Frame::REST; n],
             energies: vec![[Lanes::ZERO; 2]; n],
             losses: vec![Losses::default(); n],
@@ -167,7 +167,7 @@ impl Scratch {
         let lanes = self.f.len()
             + self.viscous.len()
             + self.neighbour_forces.len()
-            + 5 * self.torques.len();
+            + 8 * self.wrenches.len();
         lanes * size_of::<Lanes>()
             + size_of_val(&self.tied[..])
             + self.frames.len() * size_of::<Frame>()
@@ -196,9 +196,9 @@ impl Scratch {
     /// Adds the forces and torques of the joints at the lower sides of each pack to its forces.
     pub(crate) fn collect(&mut self, model: &Model, poses: &[[Pose; LANES]], linear: bool) {
         let (packs, level) = (&model.packs, self.level);
-        let Self { f, neighbour_forces, torques, frames, .. } = self;
+        let Self { f, neighbour_forces, wrenches, frames, .. } = self;
         let joints = NeighbourForces::all(neighbour_forces);
-        each_pack(packs, [f], torques, |index, [f], torque| {
+        each_pack(packs, [f], wrenches, |index, [f], PackWrench { torque, .. }| {
             dispatch!(level, simd => collect(simd, packs, index, joints, f, torque));
             let pack = &packs.packs[index];
             if pack.rigid && !linear {
@@ -238,8 +238,8 @@ impl Scratch {
 
     /// Computes the steps of the rigid bodies of several blocks under complete forces.
     pub(super) fn step_bodies(&mut self, context: Context<'_>, poses: &[[Pose; LANES]]) {
-        let Self { f, torques, reactions, bodies, .. } = self;
-        bodies::advance(context, poses, f, torques, reactions, bodies);
+        let Self { wrenches, reactions, bodies, .. } = self;
+        bodies::advance(context, poses, wrenches, reactions, bodies);
     }
 
     /// Adds the distances that the blocks have moved with the velocities of the last second pass to
@@ -268,7 +268,7 @@ impl Scratch {
             first: 0,
             f: &mut self.f,
             viscous: &mut self.viscous,
-            torques: &mut self.torques,
+            wrenches: &mut self.wrenches,
             workspaces: &mut self.workspaces,
         };
         let joints = PackJoints {
@@ -339,7 +339,7 @@ impl Scratch {
             first: 0,
             f: &mut self.f,
             viscous: &mut self.viscous,
-            torques: &mut self.torques,
+            wrenches: &mut self.wrenches,
             workspaces: &mut self.workspaces,
         };
         let second = SecondPass {

@@ -191,7 +191,7 @@ impl Preconditioner {
     }
 
     /// Computes the motions of bodies and the smooth motions under the forces `f` on all nodes, which
-    /// `accelerations` uses. `steps` has the wrenches on bodies of several blocks if they are known.
+    /// `accelerations` uses. `steps` has the wrenches on bodies of several blocks, or is empty.
     pub(crate) fn respond(
         &mut self,
         model: &Model,
