@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use crate::Geometry;
-use crate::bodies::RigidBodies;
+use crate::bodies::{RigidBodies, corner_arms};
 use crate::inertia::Inertia;
 use crate::joint_sections::JointSections;
 use crate::pack::{Pack, Packs};
@@ -211,11 +211,7 @@ impl Assembly {
             self.rigid.push(rigid_matter(geometry, pack, &mut nodes));
         }
         self.unite_bodies(geometry, packs, properties, bonds);
-        let arms = |pack: &[MassProperties; LANES], corner: usize| {
-            [0, 1, 2].map(|c| Lanes(pack.each_ref().map(|lane| lane.arm(corner)[c])))
-        };
-        let of_pack = |pack| std::array::from_fn(|corner| arms(pack, corner));
-        self.arms = self.rigid.iter().map(of_pack).collect();
+        self.arms = corner_arms(&self.rigid);
         let tied = geometry.summed_over_ties(&nodes);
         let mut index = HashMap::new();
         for pack in &packs.packs {

@@ -9,8 +9,8 @@ use crate::pack::Packs;
 use crate::properties::Properties;
 use crate::{Geometry, Vec3};
 use ddem_mechanics::element::hex8::mass_moments;
-use ddem_mechanics::math::lanes::LANES;
-use ddem_mechanics::rigid::{CornerMoments, MassProperties};
+use ddem_mechanics::math::lanes::{LANES, Lanes};
+use ddem_mechanics::rigid::{CornerArms, CornerMoments, MassProperties};
 
 /// Marker for a lane without a part of a body.
 const NO_BODY: u32 = u32::MAX;
@@ -112,6 +112,15 @@ impl RigidBodies {
     pub fn bytes(&self) -> usize {
         size_of_val(&self.parts[..]) + 4 * self.starts.len() + size_of_val(&self.of_lane[..])
     }
+}
+
+/// Arms of the corners of rigid blocks, from the mass properties of their packs.
+pub(crate) fn corner_arms(rigid: &[[MassProperties; LANES]]) -> Vec<CornerArms> {
+    let at = |pack: &[MassProperties; LANES], corner: usize| {
+        [0, 1, 2].map(|c| Lanes(pack.each_ref().map(|block| block.arm(corner)[c])))
+    };
+    let of_pack = |pack| std::array::from_fn(|corner| at(pack, corner));
+    rigid.iter().map(of_pack).collect()
 }
 
 impl Geometry {

@@ -280,9 +280,7 @@ pub(super) fn advance<S: Simd>(
         next
     });
     set_at_corners(simd, pack.arms(), &velocities, v);
-    let mut fastest = splat(simd, 0.0);
-    v.iter().for_each(|v| fastest = fastest.max(v.load(simd).abs()));
-    sums.fastest = Lanes::from(fastest);
+    sums.fastest = largest(simd, v);
     for lane in 0..pack.pack.filled {
         sums.loads[1] += q.iter().zip(&*v).map(|(q, v)| q.0[lane] * v.0[lane]).sum::<f64>();
     }
@@ -295,6 +293,12 @@ pub(super) fn advance<S: Simd>(
         frames[0] = frame_of(&after);
     }
     **of_pack = sums;
+}
+
+/// Largest size of the values of a field.
+#[inline(always)]
+fn largest<S: Simd>(simd: S, field: &[Lanes]) -> Lanes {
+    Lanes::from(field.iter().fold(splat(simd, 0.0), |most, x| most.max(x.load(simd).abs())))
 }
 
 /// Sets the displacements of the corners of a pack's blocks from their poses.
