@@ -177,7 +177,7 @@ except KeyboardInterrupt:
     ) as process:
         try:
             assert process.stdout is not None and process.stdout.readline() == "go\n"
-            time.sleep(0.1)
+            time.sleep(1.0)
             process.send_signal(signal.SIGINT)
             start = time.perf_counter()
             assert process.stdout.readline() == "stopped True\n"
