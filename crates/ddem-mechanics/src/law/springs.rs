@@ -102,12 +102,14 @@ impl<N: Number> PointSprings<N> {
     /// the normal. Half of their work is done over this increment, half over the next one.
     #[inline(always)]
     fn correct_energy(&self, corrected: N::Mask, du: N, points: &mut Points<N>) {
-        let corrected = corrected & !du.equals(du.like(0.0));
+        // The square of a tiny increment may be zero.
+        let square = du * du;
+        let corrected = corrected & square.exceeds(du.like(0.0));
         if !N::any(corrected) {
             return;
         }
         let most = self.stiffness[0] * LARGEST_CORRECTION;
-        let correction = (-points.energy_excess / (du * du)).or_more(-most).or_less(most);
+        let correction = (-points.energy_excess / square).or_more(-most).or_less(most);
         let excess = points.energy_excess + correction * 0.5 * du * du;
         points.energy_excess = N::select(corrected, excess, points.energy_excess);
         points.correction = N::select(corrected, correction * du, points.correction);

@@ -354,3 +354,14 @@ fn open_point_sticks_where_it_closes() {
     let half = STIFFNESS.shear * 2e-4;
     assert!((state.traction.shear.norm() / half - 1.0).abs() < 1e-12, "{state:?}");
 }
+
+/// Squares of displacement increments may underflow where cubes touch exactly.
+#[test]
+fn tiny_increments_keep_tractions_finite() {
+    let springs = PointSprings::new(STIFFNESS, 0.0, Some(1e-4));
+    let mut state = PointState { damage: 1.0, ..PointState::default() };
+    for gap in [-3e-170, -2e-170, -1e-170] {
+        springs.update(&coulomb(None), at(gap, 0.0), &mut state);
+        assert!(state.total_traction().normal.is_finite());
+    }
+}
