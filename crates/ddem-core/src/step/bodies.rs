@@ -8,9 +8,8 @@ use super::rigid::{Poses, RigidStep, halfway, reaction, rigid_step};
 use crate::force::rigid::{RigidBlock, at};
 use crate::force::support::Supports;
 use crate::model::Model;
-use crate::step::scratch::PackWrench;
 use ddem_mechanics::math::lanes::Lanes;
-use ddem_mechanics::rigid::{LinearField, Pose, RigidConstraint, SpatialVector};
+use ddem_mechanics::rigid::{LinearField, Pose, RigidConstraint, SpatialLanes, SpatialVector};
 use ddem_mesh::BodyPart;
 use ddem_mesh::parallel::node_start;
 
@@ -51,10 +50,10 @@ pub(super) fn wrench(
     sum
 }
 
-/// Sum of the wrenches on the parts of a body.
-fn sum_of(parts: &[BodyPart], wrenches: &[PackWrench]) -> SpatialVector {
+/// Sum of spatial vectors over the parts of a body.
+fn sum_of(parts: &[BodyPart], vectors: &[SpatialLanes]) -> SpatialVector {
     parts.iter().fold(SpatialVector::default(), |sum, &BodyPart { pack, lane, .. }| {
-        let own = wrenches[pack].of(lane);
+        let own = vectors[pack].of(lane);
         let (linear, angular) = (sum.linear + own.linear, sum.angular + own.angular);
         SpatialVector { linear, angular }
     })
@@ -130,7 +129,7 @@ pub(super) fn step_under(
 pub(super) fn advance(
     context: Context<'_>,
     poses: &[Poses],
-    wrenches: &[PackWrench],
+    wrenches: &[SpatialLanes],
     reactions: &mut [f64],
     steps: &mut Vec<BodyStep>,
 ) {
@@ -178,7 +177,7 @@ pub(super) fn held_increments(context: Context<'_>, poses: &[Poses], increments:
 
 /// Poses of all bodies moved as near as possible to displacement increments v of the corners of all
 /// their parts, of which `sums` has `Σ v` and `Σ R r × v` for each block.
-pub(super) fn followed(model: &Model, poses: &[Poses], sums: &[PackWrench]) -> Vec<Pose> {
+pub(super) fn followed(model: &Model, poses: &[Poses], sums: &[SpatialLanes]) -> Vec<Pose> {
     let bodies = &model.assembly.bodies;
     let of_body = |body: usize| {
         let parts = bodies.parts(body);

@@ -29,7 +29,7 @@ pub(super) fn collect<S: Simd>(
         index,
         others.joints,
         part.f,
-        &mut part.wrench.torque,
+        &mut part.wrench.angular,
     );
     if let Some(contact_model) = &model.contact {
         let blocks = &pack.pack.blocks[..pack.pack.filled];
@@ -38,7 +38,7 @@ pub(super) fn collect<S: Simd>(
             &contact_model.blocks,
             blocks,
             part.f,
-            &mut part.wrench.torque,
+            &mut part.wrench.angular,
         );
     }
 }
@@ -68,7 +68,7 @@ pub(super) fn add_loads<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut Pac
     let loads = part.loaded.then_some(&*part.q);
     let (model, index) = (pack.step.model, pack.index);
     if model.corotational() && !pack.is_rigid() {
-        let torque = load(simd, &part.wrench.torque);
+        let torque = load(simd, &part.wrench.angular);
         let (frame, Model { packs, assembly, .. }) = (&part.blocks.frames.get()[0], model);
         neighbour_forces::spread_torque(simd, packs, assembly, index, frame, torque, loads, part.f);
     } else if let Some(loads) = loads {

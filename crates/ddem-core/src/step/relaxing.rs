@@ -6,15 +6,16 @@ use fearless_simd::{Simd, SimdBase, dispatch, f64x4};
 use fearless_simd_macros::simd;
 
 use super::bodies;
-use super::rigid::{corner_sums, follow_bodies, follow_corners};
+use super::rigid::{follow_bodies, follow_corners};
 use crate::model::Model;
 use crate::state::State;
 use crate::state::profile::Phase;
 use crate::step::frames::{fit_pack, frame_of};
 use crate::step::preconditioner::{self, Preconditioner};
-use crate::step::scratch::{PackWrench, Relaxing, Scratch};
+use crate::step::scratch::{Relaxing, Scratch};
 use ddem_mechanics::math::lanes::{Lanes, splat};
 use ddem_mechanics::math::sums::{NodeSums, StepSums, Sum};
+use ddem_mechanics::rigid::{SpatialLanes, resultants};
 use ddem_mesh::parallel::{each_pack, node_start, rigid_start, spread};
 
 /// Runs the second pass of relaxation: `v⁺ = a v + b M⁻¹F`, `u⁺ = u + v⁺`, with M coupled across
@@ -47,14 +48,19 @@ pub(super) fn move_bodies(model: &Model, state: &mut State, scratch: &mut Scratc
         return;
     }
     let level = scratch.level;
-    let Scratch { wrenches, frames, .. } = &mut *scratch;
-    each_pack(&model.packs, [&mut state.v], wrenches, |index, [v], sums| {
-        if model.packs.packs[index].rigid {
-            *sums = dispatch!(level, simd => corner_sums(simd, model, index, &frames[index], v));
+    // The wrenches have served their purpose; the next first pass sets them again.
+    let Scratch { wrenches: sums, frames, .. } = &mut *scratch;
+    each_pack(&model.packs, [&mut state.v], sums, |index, [v], sums| {
+        let pack = &model.packs.packs[index];
+        if pack.rigid {
+            let arms = &model.assembly.arms[pack.rigid_start];
+            *sums = dispatch!(level, simd => {
+                resultants(simd, arms, &frames[index].matrix(simd), v)
+            });
         }
     });
-    let next = bodies::followed(model, &state.poses, wrenches);
-    wrenches.fill(PackWrench::default());
+    let next = bodies::followed(model, &state.poses, sums);
+    sums.fill(SpatialLanes::default());
     let (fields, _, runs, _) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, fields: Relaxing<'_>| {
         let packs = &model.packs;

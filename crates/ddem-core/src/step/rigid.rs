@@ -12,14 +12,13 @@ use crate::force::support::Supports;
 use crate::model::Model;
 use crate::state::motion::Motion;
 use crate::step::frames::frame_of;
-use crate::step::scratch::{Access, PackFields, PackWrench};
-use ddem_mechanics::element::corotation::Frame;
+use crate::step::scratch::{Access, PackFields};
 use ddem_mechanics::math::lanes::{LANES, Lanes, add, load, splat};
 use ddem_mechanics::math::leapfrog::local_damping;
 use ddem_mechanics::math::sums::StepSums;
 use ddem_mechanics::rigid::{
     CornerArms, LinearField, MassProperties, Pose, RigidCoefficients, RigidConstraint,
-    SpatialVector, resultants, set_at_corners,
+    SpatialLanes, SpatialVector, resultants, set_at_corners,
 };
 use ddem_mesh::pack::Pack;
 use ddem_mesh::parallel::node_start;
@@ -77,9 +76,9 @@ pub(super) fn held_increments(
 #[inline(always)]
 pub(super) fn sum_forces<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let rotation = part.blocks.frames.get()[0].matrix(simd);
-    let [force, torque] = resultants(simd, pack.arms(), &rotation, part.f);
-    part.wrench.force = force.map(Lanes::from);
-    part.wrench.torque = add(load(simd, &part.wrench.torque), torque).map(Lanes::from);
+    let SpatialLanes { linear, angular } = resultants(simd, pack.arms(), &rotation, part.f);
+    let torque = add(load(simd, &part.wrench.angular), load(simd, &angular));
+    *part.wrench = SpatialLanes { linear, angular: torque.map(Lanes::from) };
 }
 
 /// Adds the reactions of supports, and replaces the forces on the corners by those equivalent to
@@ -111,7 +110,7 @@ pub(super) fn react<S: Simd>(
         (forces[lane], wrenches[lane]) = (member.corner_forces(wrench), wrench);
     }
     set_at_corners(simd, pack.arms(), &forces, part.f);
-    *part.wrench = PackWrench::default();
+    *part.wrench = SpatialLanes::default();
     wrenches
 }
 
@@ -339,20 +338,6 @@ pub(crate) fn set_corner_velocities(model: &Model, index: usize, poses: &Poses, 
     }
 }
 
-/// Sums `Σ v` and `Σ R r × v` of a field v over the corners of a pack's rigid blocks.
-#[inline(always)]
-pub(super) fn corner_sums<S: Simd>(
-    simd: S,
-    model: &Model,
-    index: usize,
-    frame: &Frame,
-    v: &[Lanes],
-) -> PackWrench {
-    let arms = &model.assembly.arms[model.packs.packs[index].rigid_start];
-    let [force, torque] = resultants(simd, arms, &frame.matrix(simd), v);
-    PackWrench { force: force.map(Lanes::from), torque: torque.map(Lanes::from) }
-}
-
 /// Moves the parts of bodies in a pack to the poses `next` of the bodies, and their corners.
 #[inline(always)]
 pub(super) fn follow_bodies<S: Simd>(
@@ -364,11 +349,14 @@ pub(super) fn follow_bodies<S: Simd>(
     next: &[Pose],
 ) {
     let pack = &model.packs.packs[index];
+    let mut moved = false;
     for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
         let Some(body) = model.assembly.bodies.body(pack.rigid_start, lane) else { continue };
-        *pose = next[body];
+        (*pose, moved) = (next[body], true);
     }
-    place_corners(simd, model, index, poses, u);
+    if moved {
+        place_corners(simd, model, index, poses, u);
+    }
 }
 
 /// Moves the blocks of a pack in a relaxation as their corners move, but not parts of bodies. The
@@ -384,6 +372,7 @@ pub(super) fn follow_corners<S: Simd>(
     v: &[Lanes],
 ) {
     let pack = &model.packs.packs[index];
+    let mut moved = false;
     for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
         if model.assembly.bodies.body(pack.rigid_start, lane).is_some() {
             continue;
@@ -393,7 +382,9 @@ pub(super) fn follow_corners<S: Simd>(
         let (next, _) = pose
             .with_corner_velocities(mass_properties, &corner_increments)
             .moved(mass_properties, 1.0);
-        *pose = next.resting();
+        (*pose, moved) = (next.resting(), true);
     }
-    place_corners(simd, model, index, poses, u);
+    if moved {
+        place_corners(simd, model, index, poses, u);
+    }
 }

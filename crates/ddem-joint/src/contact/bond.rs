@@ -82,7 +82,7 @@ impl PatchBuilder<'_> {
         patch.points.iter_mut().for_each(|point| point.pair.area *= part);
         let axes = patch.frame();
         patch.fix_at(self.configuration.blocks, &on);
-        let relative_positions: Vec<Vec3> = patch.relative_positions(&self.configuration).collect();
+        let relative_positions = patch.relative_positions(&self.configuration);
         for (point, relative_position) in patch.points.iter_mut().zip(relative_positions) {
             point.pair.origin = axes.tr_mul(&relative_position);
         }
@@ -323,7 +323,7 @@ impl Patch {
         // At rest the axes have the same components in the frames of both blocks.
         self.reference = 1 - self.reference;
         let after = self.present_frame(configuration);
-        let relative_positions: Vec<Vec3> = self.relative_positions(configuration).collect();
+        let relative_positions = self.relative_positions(configuration);
         for (point, relative_position) in self.points.iter_mut().zip(relative_positions) {
             let origin = &mut point.pair.origin;
             let [before, after] =

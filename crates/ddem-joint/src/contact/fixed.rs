@@ -3,25 +3,14 @@
 //! The points of a patch keep their places until the patch is remade. Each pair has the slots of its
 //! nodes, or its arms on rigid bodies, and its vector at rest, so that a step reads no geometry.
 
-use nalgebra::Matrix3;
-
 use super::{Configuration, ContactBlock, ContactPoint, Patch};
 use ddem_mechanics::collide::weights;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::{SpatialVector, minus_identity};
+use ddem_mechanics::rigid::{LinearField, SpatialVector, minus_identity};
 use ddem_mesh::{SurfacePoint, Vec3};
 
 /// Stands for the other slots of a point that lies on a node.
 const NO_SLOT: u32 = u32::MAX;
-
-/// Motion of a rigid body from rest.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct RigidMotion {
-    /// Displacement of the first node of the patch's block `[m]`.
-    shift: Vec3,
-    /// Rotation matrix minus one.
-    turn: Matrix3<f64>,
-}
 
 /// One side of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,23 +54,23 @@ impl FixedPoint {
 
     /// Displacement `[m]`, given the displacements of all nodes and the motion of its rigid body.
     #[inline(always)]
-    fn displacement(&self, u: &[Lanes], motion: &RigidMotion) -> Vec3 {
+    fn displacement(&self, u: &[Lanes], motion: &LinearField) -> Vec3 {
         match self {
             Self::Element { slots, on } => nodes(slots, on).fold(Vec3::zeros(), |sum, node| {
                 let (at, lane, weight) = node;
                 let node = &u[at..at + 3];
                 sum + Vec3::new(node[0].0[lane], node[1].0[lane], node[2].0[lane]) * weight
             }),
-            Self::Rigid(arm) => motion.shift + motion.turn * arm,
+            Self::Rigid(arm) => motion.at(arm),
         }
     }
 
     /// Adds a force on it to the wrench on its rigid body.
     #[inline(always)]
-    fn add_to(&self, motion: &RigidMotion, force: Vec3, wrench: &mut SpatialVector) {
+    fn add_to(&self, motion: &LinearField, force: Vec3, wrench: &mut SpatialVector) {
         if let Self::Rigid(arm) = self {
             wrench.linear += force;
-            wrench.angular += (arm + motion.turn * arm).cross(&force);
+            wrench.angular += (arm + motion.gradient * arm).cross(&force);
         }
     }
 }
@@ -121,7 +110,7 @@ impl FixedPair {
 
     /// Vector from side a to side b `[m]`.
     #[inline(always)]
-    pub(super) fn relative_position(&self, u: &[Lanes], motions: &[RigidMotion; 2]) -> Vec3 {
+    pub(super) fn relative_position(&self, u: &[Lanes], motions: &[LinearField; 2]) -> Vec3 {
         let [a, b] = &self.points;
         self.rest + (b.displacement(u, &motions[1]) - a.displacement(u, &motions[0]))
     }
@@ -130,7 +119,7 @@ impl FixedPair {
     #[inline(always)]
     pub(super) fn add_to(
         &self,
-        motions: &[RigidMotion; 2],
+        motions: &[LinearField; 2],
         force: Vec3,
         wrenches: &mut [SpatialVector; 2],
     ) {
@@ -140,13 +129,14 @@ impl FixedPair {
 }
 
 impl Configuration<'_> {
-    /// Motions of the rigid bodies of a patch; zero for deformable ones.
-    pub(super) fn rigid_motions(&self, blocks: [u32; 2]) -> [RigidMotion; 2] {
+    /// Displacements of the rigid bodies of a patch, as fields from the first nodes of its blocks
+    /// `[m]`; zero for deformable ones.
+    pub(super) fn rigid_motions(&self, blocks: [u32; 2]) -> [LinearField; 2] {
         blocks.map(|block| {
             let contact_block = &self.blocks[block as usize];
-            let Some(turn) = self.turn(contact_block) else { return RigidMotion::default() };
-            let shift = contact_block.value(self.u, [0; 3]);
-            RigidMotion { shift, turn: minus_identity(&turn) }
+            let Some(turn) = self.turn(contact_block) else { return LinearField::default() };
+            let value = contact_block.value(self.u, [0; 3]);
+            LinearField { value, gradient: minus_identity(&turn) }
         })
     }
 }
@@ -175,12 +165,10 @@ impl Patch {
     }
 
     /// Vectors between the sides of its pairs `[m]`.
-    pub(super) fn relative_positions<'a>(
-        &'a self,
-        configuration: &'a Configuration<'_>,
-    ) -> impl Iterator<Item = Vec3> + 'a {
+    pub(super) fn relative_positions(&self, configuration: &Configuration<'_>) -> Vec<Vec3> {
         let motions = configuration.rigid_motions(self.blocks);
-        self.fixed.iter().map(move |pair| pair.relative_position(configuration.u, &motions))
+        let of = |pair: &FixedPair| pair.relative_position(configuration.u, &motions);
+        self.fixed.iter().map(of).collect()
     }
 
     /// Adds the forces of its points on a block to those of its pack, `f`, and to the torque on the block.

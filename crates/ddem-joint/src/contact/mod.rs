@@ -340,7 +340,11 @@ impl Contacts {
     /// Memory in use `[bytes]`.
     pub fn bytes(&self) -> usize {
         let points: usize = self.patches.iter().map(|patch| patch.points.len()).sum();
-        points * (size_of::<ContactPoint>() + size_of::<FixedPair>())
+        // Joints share their fixed pairs with the model.
+        let loose = self.patches.iter().filter(|patch| patch.bond.is_none());
+        let fixed: usize = loose.map(|patch| patch.fixed.len()).sum();
+        points * size_of::<ContactPoint>()
+            + fixed * size_of::<FixedPair>()
             + self.patches.len() * size_of::<Patch>()
             + 4 * (self.entries.len() + self.bodies.len())
             + size_of_val(&self.near[..])

@@ -260,7 +260,7 @@ impl PatchBuilder<'_> {
         patch.surface.friction.set_stretch(stretch);
         let CombinedSurface { thickness, stiffness, .. } = patch.surface;
         let blocks = patch.blocks;
-        let relative_positions: Vec<Vec3> = patch.relative_positions(&self.configuration).collect();
+        let relative_positions = patch.relative_positions(&self.configuration);
         for (point, relative_position) in patch.points.iter_mut().zip(relative_positions) {
             let ContactPoint { points, pair, slip_path } = point;
             let own = |v: Vec3| [0, 1, 2].map(|k| frame[k].dot(&v));

@@ -4,20 +4,36 @@ use fearless_simd::Simd;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
 use super::{Pose, SpatialVector, minus_identity};
-use crate::math::lanes::{
-    LANES, Lanes, Matrix, Vector, add, cross, load, load_at, store_at, times, zero,
-};
+use crate::math::lanes::{LANES, Lanes, Matrix, add, cross, load, load_at, store_at, times, zero};
 
 /// Vectors from the centroids of four blocks to their corners at rest `[m]`.
 pub type CornerArms = [[Lanes; 3]; 8];
 
-/// Field `v + G r` at the corners of a block, with the vectors r from its centroid at rest.
+/// Field `v + G r` on a block, with the vectors r from its centroid, or another point, at rest.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct LinearField {
-    /// Value v at the centroid.
+    /// Value v at that point.
     pub value: Vector3<f64>,
     /// Gradient G.
     pub gradient: Matrix3<f64>,
+}
+
+/// Spatial vectors of four blocks.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SpatialLanes {
+    /// Forces `[N]`, or sums of velocities `[m/s]`.
+    pub linear: [Lanes; 3],
+    /// Torques `[N m]`, or moments of velocities `[m²/s]`.
+    pub angular: [Lanes; 3],
+}
+
+impl SpatialLanes {
+    /// Spatial vector of the block in a lane.
+    #[inline]
+    pub fn of(&self, lane: usize) -> SpatialVector {
+        let own = |v: &[Lanes; 3]| Vector3::from(v.map(|c| c.0[lane]));
+        SpatialVector { linear: own(&self.linear), angular: own(&self.angular) }
+    }
 }
 
 impl LinearField {
@@ -33,9 +49,15 @@ impl LinearField {
     pub fn of_pose(pose: &Pose) -> Self {
         Self { value: pose.shift, gradient: minus_identity(&pose.turn) }
     }
+
+    /// Value at the end of a vector at rest.
+    #[inline]
+    pub fn at(&self, arm: &Vector3<f64>) -> Vector3<f64> {
+        self.value + self.gradient * arm
+    }
 }
 
-/// Sets a nodal field to the fields of four blocks.
+/// Sets a nodal field to the fields of four blocks, with vectors r from their centroids.
 #[inline(always)]
 pub fn set_at_corners<S: Simd>(
     simd: S,
@@ -58,12 +80,12 @@ pub fn resultants<S: Simd>(
     arms: &CornerArms,
     rotation: &Matrix<S>,
     f: &[Lanes],
-) -> [Vector<S>; 2] {
+) -> SpatialLanes {
     let [mut force, mut torque] = [zero(simd); 2];
     for (corner, arm) in arms.iter().enumerate() {
         let on = load_at(simd, f, 3 * corner);
         force = add(force, on);
         torque = add(torque, cross(times(rotation, load(simd, arm)), on));
     }
-    [force, torque]
+    SpatialLanes { linear: force.map(Lanes::from), angular: torque.map(Lanes::from) }
 }

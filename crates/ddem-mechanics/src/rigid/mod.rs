@@ -18,7 +18,7 @@ use crate::math::leapfrog::coefficients;
 pub use constraint::RigidConstraint;
 pub use corners::CornerMoments;
 use corners::PartCorners;
-pub use field::{CornerArms, LinearField, resultants, set_at_corners};
+pub use field::{CornerArms, LinearField, SpatialLanes, resultants, set_at_corners};
 
 /// Mass, inertia and shape of a rigid block.
 #[derive(Clone, Debug, PartialEq)]

@@ -11,8 +11,7 @@ use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::math::sums::StepSums;
-use ddem_mechanics::rigid::{Pose, SpatialVector};
-use ddem_mesh::Vec3;
+use ddem_mechanics::rigid::{Pose, SpatialLanes};
 use ddem_mesh::pack::Packs;
 use ddem_mesh::parallel::{Split, cut, neighbour_force_start, node_start, rigid_start};
 
@@ -77,23 +76,6 @@ pub(crate) struct Relaxing<'a> {
     pub(crate) poses: &'a mut [[Pose; LANES]],
 }
 
-/// Wrenches on the blocks of a pack.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct PackWrench {
-    /// Sums of the forces on the corners of rigid blocks `[N]`.
-    pub(crate) force: [Lanes; 3],
-    /// Residual torques of deformable blocks, torques on rigid ones `[N m]`.
-    pub(crate) torque: [Lanes; 3],
-}
-
-impl PackWrench {
-    /// Wrench on the block in a lane.
-    pub(crate) fn of(&self, lane: usize) -> SpatialVector {
-        let own = |v: &[Lanes; 3]| Vec3::from(v.map(|c| c.0[lane]));
-        SpatialVector { linear: own(&self.force), angular: own(&self.torque) }
-    }
-}
-
 /// Forces on a run of packs, and the working space of its task. The first pass computes them, the
 /// second one completes them.
 pub(crate) struct PackForces<'a> {
@@ -102,7 +84,8 @@ pub(crate) struct PackForces<'a> {
     pub(crate) f: &'a mut [Lanes],
     /// Viscous forces; empty if blocks have never been viscous.
     pub(crate) viscous: &'a mut [Lanes],
-    pub(crate) wrenches: &'a mut [PackWrench],
+    /// Residual torques of deformable blocks, wrenches on rigid ones.
+    pub(crate) wrenches: &'a mut [SpatialLanes],
     pub(crate) workspaces: &'a mut [TaskWorkspaces],
 }
 
@@ -148,7 +131,7 @@ pub(crate) struct PackFields<'a> {
     pub(crate) f: &'a mut [Lanes],
     /// Viscous forces of the blocks, against the motion; empty if they are not viscous.
     pub(crate) viscous: &'a mut [Lanes],
-    pub(crate) wrench: &'a mut PackWrench,
+    pub(crate) wrench: &'a mut SpatialLanes,
     pub(crate) sums: &'a mut StepSums,
     pub(crate) reactions: &'a mut [f64],
     /// Forces of the boundary dashpots.
@@ -220,7 +203,7 @@ impl PackJoints<'_> {
             viscous: forces.viscous.get_mut(nodes.clone()),
             f: &mut forces.f[nodes],
             neighbour_forces: &mut on_neighbours.forces[at(index)..at(index + 1)],
-            torque: &mut forces.wrenches[index - forces.first].torque,
+            torque: &mut forces.wrenches[index - forces.first].angular,
             energy: self.energies.get_mut(index - self.first),
             losses: &mut self.losses[index - self.first],
         };

@@ -26,13 +26,13 @@ use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes, load};
 use ddem_mechanics::math::sums::StepSums;
-use ddem_mechanics::rigid::Pose;
+use ddem_mechanics::rigid::{Pose, SpatialLanes};
 use ddem_mesh::parallel::{each_pack, node_start, runs};
 
 use fields::BlockMotion;
 pub(crate) use fields::{
-    Access, FirstPassPack, NeighbourForcesMut, PackFields, PackForces, PackJoints, PackWrench,
-    Relaxing, SecondPass,
+    Access, FirstPassPack, NeighbourForcesMut, PackFields, PackForces, PackJoints, Relaxing,
+    SecondPass,
 };
 
 /// Forces, sums and working space.
@@ -47,8 +47,8 @@ pub(crate) struct Scratch {
     viscous: Vec<Lanes>,
     /// Forces of joints on upper neighbours.
     neighbour_forces: Vec<Lanes>,
-    /// Wrenches on the blocks of the packs.
-    pub(super) wrenches: Vec<PackWrench>,
+    /// Residual torques of deformable blocks, wrenches on rigid ones, by pack.
+    pub(super) wrenches: Vec<SpatialLanes>,
     /// Frames of the packs at the present displacements.
     pub(crate) frames: Vec<Frame>,
     /// Strain energies of the packs, in blocks and joints `[J]`.
@@ -142,7 +142,7 @@ impl Scratch {
             tied: Vec::new(),
             viscous: Vec::new(),
             neighbour_forces: vec![Lanes::ZERO; 3 * packs.neighbour_forces],
-            wrenches: vec![PackWrench::default(); n],
+            wrenches: vec![SpatialLanes::default(); n],
             frames: vec![Frame::REST; n],
             energies: vec![[Lanes::ZERO; 2]; n],
             losses: vec![Losses::default(); n],
@@ -198,7 +198,7 @@ impl Scratch {
         let (packs, level) = (&model.packs, self.level);
         let Self { f, neighbour_forces, wrenches, frames, .. } = self;
         let joints = NeighbourForces::all(neighbour_forces);
-        each_pack(packs, [f], wrenches, |index, [f], PackWrench { torque, .. }| {
+        each_pack(packs, [f], wrenches, |index, [f], SpatialLanes { angular: torque, .. }| {
             dispatch!(level, simd => collect(simd, packs, index, joints, f, torque));
             let pack = &packs.packs[index];
             if pack.rigid && !linear {
