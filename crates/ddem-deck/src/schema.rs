@@ -33,7 +33,7 @@ pub use ddem_core::{
 
 pub(crate) use blocks::COORDINATES;
 pub use blocks::{
-    Assign, BlockMesh, BlockSet, Body, Edges, JointChoice, MeshJoint, Refine, Remove,
+    Assign, BlockMesh, BlockSet, Body, Edges, Join, JointChoice, MeshJoint, Refine, Remove,
 };
 pub(crate) use charge::EXPLOSIVES;
 pub use charge::{Charge, ChargeHistory, Detonation, Explosive, GasWord};
@@ -97,6 +97,9 @@ pub struct Deck {
     /// Cuts of the regions, in order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub cut: Vec<RockCut>,
+    /// Joints of regions that are left out.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub join: Vec<Join>,
     /// Other joints or materials for a part of the model; later entries win.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub assign: Vec<Assign>,

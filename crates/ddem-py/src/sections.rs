@@ -46,6 +46,19 @@ impl PyModel {
         self.add(py, "cut", None, keys)
     }
 
+    /// Leaves joints of regions out: the cells on their sides are one block there.
+    ///
+    #[doc = include_str!("keys/Join.txt")]
+    ///
+    /// Raises
+    /// ------
+    /// ModelError
+    ///     A key that does not exist or a value of the wrong type.
+    #[pyo3(signature = (**keys))]
+    fn join(&self, py: Python<'_>, keys: Option<&Bound<'_, PyDict>>) -> PyResult<()> {
+        self.add(py, "join", None, keys)
+    }
+
     /// Sets the properties of contacts between blocks. A later call replaces an earlier one.
     ///
     #[doc = include_str!("keys/ContactTable.txt")]

@@ -45,6 +45,7 @@ METHODS: dict[str, dict[str, Any]] = {
     },
     "assign": {"joint": SEAM, "material": ROCK, **WHEN},
     "remove": {**WHEN},
+    "join": {**WHERE},
     "refine": {"factor": 2, **WHERE},
     "fix": {"axes": "xyz", "velocity": (0, 0, 0), "history": {"ramp": 1.0}, **WHEN},
     "load": {

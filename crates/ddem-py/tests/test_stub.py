@@ -67,6 +67,7 @@ def keys_of(definition: str) -> set[str]:
         ("Model.add_blocks", "BlockSet", set()),
         ("Model.add_region", "RockRegion", set()),
         ("Model.cut", "RockCut", set()),
+        ("Model.join", "Join", set()),
         ("Model.refine", "Refine", set()),
         ("Model.fix", "Fix", set()),
         ("Model.load", "Load", set()),

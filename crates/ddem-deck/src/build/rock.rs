@@ -1,5 +1,7 @@
 //! Regions of rock: from a deck to cells.
 
+use std::collections::BTreeSet;
+
 mod assigned;
 mod beside;
 mod blocks;
@@ -7,6 +9,7 @@ mod cuts;
 mod fractures;
 mod ground;
 mod inside;
+mod joined;
 mod joints;
 mod planes;
 mod region_cut;
@@ -29,10 +32,9 @@ pub(in crate::build) use warnings::much_inertia;
 use ddem_core::element::Elastic;
 use ddem_core::problem::{Vec3, stiffest_nodes};
 use ddem_core::{ErrorCode, Fault, ModelError};
-use ddem_cut::{
-    CellComplex, CellPart, CellProperties, CommonFace, ON_PLANE, PlaneSource, RegionParts,
-};
+use ddem_cut::{CellComplex, CellPart, CellProperties, CommonFace, ON_PLANE, RegionParts};
 
+use self::joined::FacePair;
 use super::{BuildPhase, BuildProgress};
 use crate::schema::{Body, Deck, RockRegion, Size, SmallKind};
 
@@ -50,6 +52,8 @@ pub struct CutRock {
     pub blocks: Vec<u32>,
     /// Discs and polygons of the cuts, in their order.
     pub fractures: Vec<RockFracture>,
+    /// Joints that `[[join]]` leaves out.
+    left_out: BTreeSet<FacePair>,
     /// Cells of each region.
     of_region: Vec<Vec<usize>>,
     /// Width of the cells in the middle of the volume of each region `[m]`.
@@ -136,7 +140,7 @@ impl Deck {
         let (complex, fractures) = cuts::cut(self, &shapes, available, progress)
             .map_err(|faults| ModelError { faults })?;
         progress.enter(BuildPhase::Blocks);
-        Ok(CutRock::new(self.clone(), complex, fractures))
+        CutRock::new(self.clone(), complex, fractures)
     }
 }
 
@@ -174,34 +178,39 @@ fn overlaps(deck: &Deck, shapes: &[RegionParts]) -> Vec<Fault> {
 const SPREAD: f64 = 4.0;
 
 impl CutRock {
-    fn new(deck: Deck, complex: CellComplex, fractures: Vec<RockFracture>) -> Self {
+    fn new(
+        deck: Deck,
+        complex: CellComplex,
+        fractures: Vec<RockFracture>,
+    ) -> Result<Self, ModelError> {
         let n = complex.cells().len();
         let properties: Vec<_> = (0..n).map(|cell| complex.properties(cell)).collect();
         let common = complex.common_faces();
-        let joined = |face: &CommonFace| is_joined(&deck, &complex, face);
-        let blocks = complex.blocks_where(&common, joined);
         let mut of_region = vec![Vec::new(); deck.region.len()];
         for (number, cell) in complex.cells().iter().enumerate() {
             of_region[cell.region as usize].push(number);
         }
         let median_widths =
             of_region.iter().map(|cells: &Vec<usize>| median_width(cells, &properties)).collect();
-        let mut block_widths = vec![0.0_f64; n];
-        for (cell, &block) in blocks.iter().enumerate() {
-            let widest = &mut block_widths[block as usize];
-            *widest = widest.max(properties[cell].width);
-        }
-        Self {
+        let mut rock = Self {
             deck,
             complex,
             properties,
             common,
-            blocks,
+            blocks: Vec::new(),
             fractures,
+            left_out: BTreeSet::new(),
             of_region,
             median_widths,
-            block_widths,
+            block_widths: vec![0.0; n],
+        };
+        rock.left_out = rock.left_out()?;
+        rock.blocks = rock.complex.blocks_where(&rock.common, |face| rock.is_joined(face));
+        for (properties, &block) in rock.properties.iter().zip(&rock.blocks) {
+            let widest = &mut rock.block_widths[block as usize];
+            *widest = widest.max(properties.width);
         }
+        Ok(rock)
     }
 
     /// Region of a cell.
@@ -348,41 +357,6 @@ impl CutRock {
         let number = cut as usize;
         name_of("cut", number, self.deck.cut.get(number).and_then(|cut| cut.name.as_ref()))
     }
-
-    /// True if a common face is a joint, at least in part.
-    #[must_use]
-    pub fn is_joint(&self, face: &CommonFace) -> bool {
-        let plane = &self.complex.planes()[face.plane as usize];
-        (plane.source != PlaneSource::Region || self.region_joint(face).is_some())
-            && !self.is_joined(face)
-    }
-
-    /// Name of the joint between two cells of a file, or of two regions that both have one: that of
-    /// the later region.
-    pub(crate) fn region_joint(&self, face: &CommonFace) -> Option<&String> {
-        let plane = &self.complex.planes()[face.plane as usize];
-        let regions = face.cells.map(|cell| self.region_number(cell as usize));
-        let [own, other] = regions.map(|region| self.deck.region[region].joint.as_ref());
-        let later = if regions[0] > regions[1] { own } else { other };
-        let both = own.is_some() && other.is_some();
-        later.filter(|_| plane.source == PlaneSource::Region && !plane.joined && both)
-    }
-
-    /// True if the cells on both sides of a common face are one block.
-    pub(crate) fn is_joined(&self, face: &CommonFace) -> bool {
-        is_joined(&self.deck, &self.complex, face)
-    }
-}
-
-/// True if a common face has no joint: its cut made none, or a bridge of whole rock covers all of it.
-fn is_joined(deck: &Deck, complex: &CellComplex, face: &CommonFace) -> bool {
-    let plane = &complex.planes()[face.plane as usize];
-    let PlaneSource::Cut(cut) = plane.source else { return plane.joined };
-    if plane.joined || complex.fracture(face.plane).is_none() {
-        return plane.joined;
-    }
-    let bridge = deck.cut.get(cut as usize).and_then(|cut| cut.bridge_joint());
-    bridge.is_none() && !complex.is_covered(face)
 }
 
 fn median_width(cells: &[usize], properties: &[CellProperties]) -> f64 {

@@ -35,6 +35,14 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
             "`region` with `box`, `prism`, `faces` or `file` makes one",
         );
     }
+    for (i, join) in deck.join.iter().enumerate() {
+        if deck.region.is_empty() {
+            let message = "there is no region whose cells could be joined";
+            let help = "a set of blocks has fewer joints with a smaller `count`";
+            faults.add_help(ErrorCode::MissingKey, format!("join[{i}]"), message, help);
+        }
+        selector(deck, &format!("join[{i}].where"), (&join.r#where, Selected::Joints), faults);
+    }
     for (i, cut) in deck.cut.iter().enumerate() {
         self::cut(deck, &format!("cut[{i}]"), cut, faults);
     }

@@ -232,6 +232,14 @@ pub struct Assign {
     pub until: Option<String>,
 }
 
+/// Joints of regions that are left out: the cells on their sides are one block there.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Join {
+    /// Joints between cells of one region, by the centre of their faces.
+    pub r#where: Where,
+}
+
 /// Removed blocks: a cavity, or with `from` an excavation in that stage.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]

@@ -150,6 +150,7 @@ macro_rules! selectors {
             selectors.push((format!("{section}[{index}].where"), selector));
         };
         $deck.cut.$iter().enumerate().for_each(|(i, e)| add("cut", i, $one!(e.r#where)));
+        $deck.join.$iter().enumerate().for_each(|(i, e)| add("join", i, $one!(e.r#where)));
         $deck.assign.$iter().enumerate().for_each(|(i, e)| add("assign", i, $one!(e.r#where)));
         $deck.remove.$iter().enumerate().for_each(|(i, e)| add("remove", i, $one!(e.r#where)));
         $deck.refine.$iter().enumerate().for_each(|(i, e)| add("refine", i, $one!(e.r#where)));

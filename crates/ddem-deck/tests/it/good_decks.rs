@@ -150,7 +150,7 @@ fn arbitrary_text_never_panics() {
 fn schema_lists_every_form() {
     let schema = json_schema();
     let properties = schema["properties"].as_object().unwrap();
-    assert_eq!(properties.len(), 20);
+    assert_eq!(properties.len(), 21);
     assert_eq!(schema["additionalProperties"], false);
     let forms = &schema["$defs"]["TimeStep"]["anyOf"];
     assert_eq!(forms[0]["const"], "auto");

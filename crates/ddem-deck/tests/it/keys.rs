@@ -314,6 +314,7 @@ fn python_docstrings_match_schema() {
         "LintTable",
         "OutputTable",
         "Assign",
+        "Join",
         "Remove",
         "Refine",
         "Fix",

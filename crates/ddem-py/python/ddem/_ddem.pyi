@@ -179,6 +179,13 @@ class Model:
         # end
         **where: Unpack[Place],
     ) -> None: ...
+    def join(
+        self,
+        *,
+        # keys: Join
+        # end
+        **where: Unpack[Where],
+    ) -> None: ...
     def contact(
         self,
         *,

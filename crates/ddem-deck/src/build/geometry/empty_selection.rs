@@ -44,6 +44,15 @@ pub(super) fn no_joint(fault: Fault, selector: &Selector, lattices: &[Arc<Lattic
         let inner = sides.filter(move |(cell, d)| next(*cell, *d));
         inner.map(|(cell, d)| l.faces(cell, d)[1].iter().sum::<Vec3>() / 4.0)
     });
+    nearest_joint(fault, selector, centres)
+}
+
+/// Adds the centre of the nearest of these joints.
+pub(crate) fn nearest_joint(
+    fault: Fault,
+    selector: &Selector,
+    centres: impl Iterator<Item = Vec3>,
+) -> Fault {
     nearest(fault, selector, centres, "joints count by their centre: that of the nearest is")
 }
 

@@ -20,7 +20,7 @@ pub(super) mod touching;
 
 pub(in crate::build) use assign::in_force;
 use empty_selection::no_block;
-pub(in crate::build) use empty_selection::{coordinates, no_face, no_node, nothing};
+pub(in crate::build) use empty_selection::{coordinates, nearest_joint, no_face, no_node, nothing};
 pub use interface::Interface;
 use lattice::lattices;
 pub(super) use select::NodeSearch;

@@ -6,7 +6,7 @@
 
 use std::sync::Arc;
 
-use ddem_core::problem::{Lattice, NO_JOINT, PartShape, Set, Vec3, distorted};
+use ddem_core::problem::{Lattice, NO_JOINT, PartShape, Set, Sets, Vec3, bounds_of, distorted};
 use ddem_core::{ErrorCode, Fault};
 use ddem_cut::{CellPart, CommonFace};
 
@@ -31,6 +31,13 @@ pub(in crate::build) struct RockBlocks<'a> {
 }
 
 impl CutRock {
+    /// Regions as sets from which a `where` selects.
+    pub(super) fn selectable(&self) -> Sets {
+        let list = self.sets();
+        let bounds = bounds_of(&list.iter().flat_map(|set| set.corners).collect::<Vec<_>>());
+        Sets { bounds, list }
+    }
+
     /// Regions as sets, with the boxes around them.
     pub(in crate::build) fn sets(&self) -> Vec<Set> {
         let set = |region: usize| {

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use ddem_core::problem::{FRICTION, Sets, Vec3, bounds_of};
+use ddem_core::problem::{FRICTION, Vec3};
 use ddem_cut::{CommonFace, Compass, FirstMotion, JointFace, PlaneSource, merged_faces};
 
 use super::CutRock;
@@ -136,9 +136,7 @@ impl CutRock {
 impl<'a> FirstStage<'a> {
     fn new(rock: &'a CutRock) -> Self {
         let deck = &rock.deck;
-        let list = rock.sets();
-        let bounds = bounds_of(&list.iter().flat_map(|set| set.corners).collect::<Vec<_>>());
-        let sets = Sets { bounds, list };
+        let sets = rock.selectable();
         let number = |name: &String| deck.stage_number(name);
         let first = deck.remove.iter().filter_map(|entry| number(entry.from.as_ref()?)).min();
         let now = |from: Option<&String>| from.is_none_or(|name| number(name) == first);
