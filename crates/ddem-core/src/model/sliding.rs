@@ -54,6 +54,9 @@ impl SlidingDamping {
             }
             sliding.rates.push(rates);
         }
+        if sliding.rates.iter().all(|rates| *rates == Lanes::ZERO) {
+            sliding.rates.clear();
+        }
         sliding
     }
 

@@ -86,6 +86,47 @@ fn nodes(slots: &[u32; 4], on: &[f64; 2]) -> impl Iterator<Item = (usize, usize,
     each.map(|(slot, weight)| (slot as usize / LANES, slot as usize % LANES, weight))
 }
 
+/// Share of a node in a force.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct NodalShare {
+    pub(super) weight: f64,
+    /// Index of the x component of the node in a nodal field times [`LANES`], plus the lane.
+    pub(super) slot: u32,
+    /// Number of the force.
+    pub(super) force: u32,
+}
+
+/// Forces of the points of a patch as they are computed, and their sums.
+pub(super) struct PointForces<'a> {
+    /// Forces on side a `[N]`, then the couples on both blocks `[N m]`; empty unless nodes collect them.
+    each: &'a mut [Vec3],
+    couple: Vec3,
+    wrenches: [SpatialVector; 2],
+}
+
+impl<'a> PointForces<'a> {
+    pub(super) fn new(each: &'a mut [Vec3]) -> Self {
+        Self { each, couple: Vec3::zeros(), wrenches: Default::default() }
+    }
+
+    /// Adds the force on side a of a pair, whose sides are `relative_position` apart.
+    #[inline(always)]
+    pub(super) fn add(
+        &mut self,
+        (number, pair): (usize, &FixedPair),
+        motions: &[LinearField; 2],
+        relative_position: &Vec3,
+        force: Vec3,
+    ) {
+        self.couple += relative_position.cross(&force);
+        pair.points[0].add_to(&motions[0], force, &mut self.wrenches[0]);
+        pair.points[1].add_to(&motions[1], -force, &mut self.wrenches[1]);
+        if let Some(own) = self.each.get_mut(number) {
+            *own = force;
+        }
+    }
+}
+
 /// A pair that keeps its place on both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FixedPair {
@@ -114,30 +155,15 @@ impl FixedPair {
         let [a, b] = &self.points;
         self.rest + (b.displacement(u, &motions[1]) - a.displacement(u, &motions[0]))
     }
-
-    /// Adds a force on side a, and the opposite one on side b, to the wrenches on rigid bodies.
-    #[inline(always)]
-    pub(super) fn add_to(
-        &self,
-        motions: &[LinearField; 2],
-        force: Vec3,
-        wrenches: &mut [SpatialVector; 2],
-    ) {
-        self.points[0].add_to(&motions[0], force, &mut wrenches[0]);
-        self.points[1].add_to(&motions[1], -force, &mut wrenches[1]);
-    }
 }
 
 impl Configuration<'_> {
-    /// Displacements of the rigid bodies of a patch, as fields from the first nodes of its blocks
-    /// `[m]`; zero for deformable ones.
-    pub(super) fn rigid_motions(&self, blocks: [u32; 2]) -> [LinearField; 2] {
-        blocks.map(|block| {
-            let contact_block = &self.blocks[block as usize];
-            let Some(turn) = self.turn(contact_block) else { return LinearField::default() };
-            let value = contact_block.value(self.u, [0; 3]);
-            LinearField { value, gradient: minus_identity(&turn) }
-        })
+    /// Displacement of a rigid body, as a field from the first node of its first block `[m]`.
+    fn rigid_motion(&self, block: u32) -> LinearField {
+        let contact_block = &self.blocks[block as usize];
+        let Some(turn) = self.turn(contact_block) else { return LinearField::default() };
+        let value = contact_block.value(self.u, [0; 3]);
+        LinearField { value, gradient: minus_identity(&turn) }
     }
 }
 
@@ -164,17 +190,67 @@ impl Patch {
         (self.points, self.fixed) = Default::default();
     }
 
+    /// Displacements of its rigid bodies; zero for deformable ones.
+    #[inline]
+    pub(super) fn rigid_motions(&self, configuration: &Configuration<'_>) -> [LinearField; 2] {
+        [0, 1].map(|side| match self.fixed.first().map(|pair| &pair.points[side]) {
+            Some(FixedPoint::Rigid(_)) => configuration.rigid_motion(self.blocks[side]),
+            _ => LinearField::default(),
+        })
+    }
+
     /// Vectors between the sides of its pairs `[m]`.
     pub(super) fn relative_positions(&self, configuration: &Configuration<'_>) -> Vec<Vec3> {
-        let motions = configuration.rigid_motions(self.blocks);
+        let motions = self.rigid_motions(configuration);
         let of = |pair: &FixedPair| pair.relative_position(configuration.u, &motions);
         self.fixed.iter().map(of).collect()
+    }
+
+    /// True for a joint whose forces go to nodes of a deformable block on a side.
+    pub(super) fn is_on_nodes(&self, side: usize) -> bool {
+        let of = |pair: &FixedPair| matches!(pair.points[side], FixedPoint::Element { .. });
+        self.bond.is_some() && self.fixed.first().is_some_and(of)
+    }
+
+    /// Shares of the nodes on a side in the forces of its points on side a, which are numbered from `first` on.
+    pub(super) fn nodal_shares(
+        &self,
+        side: usize,
+        first: u32,
+    ) -> impl Iterator<Item = NodalShare> + '_ {
+        let sign = if side == 0 { 1.0 } else { -1.0 };
+        (first..).zip(&*self.fixed).flat_map(move |(force, pair)| {
+            let nodes = match &pair.points[side] {
+                FixedPoint::Element { slots, on } => Some(nodes(slots, on)),
+                FixedPoint::Rigid(_) => None,
+            };
+            let share = move |(at, lane, weight): (usize, usize, f64)| NodalShare {
+                weight: sign * weight,
+                slot: (at * LANES + lane) as u32,
+                force,
+            };
+            nodes.into_iter().flatten().map(share)
+        })
+    }
+
+    /// Sets the sums over its points.
+    #[inline]
+    pub(super) fn set_forces(&mut self, forces: PointForces<'_>) {
+        (self.couple, self.wrenches) = (forces.couple, forces.wrenches);
+        if let Some(couples) = forces.each.last_chunk_mut() {
+            *couples = self.couples();
+        }
+    }
+
+    /// Couples on bodies a and b `[N m]`: that on the reference block.
+    pub(super) fn couples(&self) -> [Vec3; 2] {
+        [0, 1].map(|side| if self.reference == side { self.couple } else { Vec3::zeros() })
     }
 
     /// Adds the forces of its points on a block to those of its pack, `f`, and to the torque on the block.
     /// The block is of body a (side 0) or b (side 1).
     #[inline]
-    pub fn add_forces(
+    pub(super) fn add_forces(
         &self,
         side: usize,
         block: usize,
@@ -219,6 +295,47 @@ impl Patch {
             for (at, lane, weight) in nodes(slots, on) {
                 let node = &mut f[at - start..at - start + 3];
                 (0..3).for_each(|c| node[c].0[lane] += weight * force[c]);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::joint_forces::JointForces;
+    use super::super::{Bond, JointStatus};
+    use super::*;
+
+    /// The couple of a joint goes to its reference block, also once that has changed.
+    #[test]
+    fn couples_follow_the_reference_block() {
+        let on =
+            |slot| FixedPoint::Element { slots: [slot, NO_SLOT, NO_SLOT, NO_SLOT], on: [0.0; 2] };
+        let pair = FixedPair { points: [on(0), on(1)], rest: Vec3::zeros() };
+        let mut patches = [Patch {
+            blocks: [0, 1],
+            bond: Some(Bond { joint: 0, law: 0, status: JointStatus::InPlace }),
+            points: [ContactPoint::default()].into(),
+            fixed: [pair].into(),
+            ..Patch::default()
+        }];
+        let mut joint_forces = JointForces::default();
+        joint_forces.renew(&patches, 2);
+        for reference in [0, 1] {
+            for mut group in joint_forces.groups(&mut patches, 1) {
+                group.each(|patch, forces| {
+                    patch.reference = reference;
+                    let mut sums = PointForces::new(forces);
+                    sums.add((0, &pair), &Default::default(), &Vec3::z(), 2.0 * Vec3::x());
+                    patch.set_forces(sums);
+                });
+            }
+            for (block, force) in [2.0, -2.0].into_iter().enumerate() {
+                let (mut f, mut torque) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
+                joint_forces.add_to(block, (0, block), &mut f, &mut torque);
+                assert_eq!(f[0].0[block], force);
+                let couple = if block == usize::from(reference) { 2.0 } else { 0.0 };
+                assert_eq!(torque.map(|component| component.0[block]), [0.0, couple, 0.0]);
             }
         }
     }

@@ -3,13 +3,13 @@
 use nalgebra::Vector2;
 use rayon::prelude::*;
 
+use super::fixed::PointForces;
 use super::friction::{BareFaces, Friction};
 use super::{Configuration, ContactPoint, Contacts, Patch};
 use crate::losses::{LossSums, Losses};
 use crate::point::PairContext;
 use ddem_mechanics::law::springs::PointSprings;
 use ddem_mechanics::law::{JointLaw, MohrCoulomb, PointLoss, PointState};
-use ddem_mechanics::rigid::SpatialVector;
 use ddem_mesh::Vec3;
 
 /// Patches per parallel task.
@@ -21,12 +21,12 @@ pub(super) fn update(
     context: PairContext<'_>,
     contacts: &mut Contacts,
 ) -> Losses {
-    let chunks = contacts.patches.par_chunks_mut(TOGETHER);
-    let acting = chunks.map(|patches| {
+    let groups = contacts.joint_forces.groups(&mut contacts.patches, TOGETHER);
+    let acting = groups.into_par_iter().map(|mut group| {
         let (mut lost, mut deepest) = (LossSums::default(), 0.0_f64);
-        for patch in patches {
+        group.each(|patch, forces| {
             if !patch.holds {
-                lost.add(&patch.update(&configuration, context));
+                lost.add(&patch.update(&configuration, context, forces));
             }
             if patch.bond.is_none() {
                 deepest = deepest.max(patch.depth());
@@ -34,7 +34,7 @@ pub(super) fn update(
             if context.relaxing {
                 patch.set_equilibrium();
             }
-        }
+        });
         (lost, deepest)
     });
     let none = || (LossSums::default(), 0.0);
@@ -46,28 +46,31 @@ pub(super) fn update(
 }
 
 impl Patch {
-    /// Updates the forces at the present positions; returns the losses.
+    /// Updates the forces at the present positions, also those of a joint that nodes collect (`forces`).
+    /// Returns the losses.
     pub(super) fn update(
         &mut self,
         configuration: &Configuration<'_>,
         context: PairContext<'_>,
+        forces: &mut [Vec3],
     ) -> Losses {
         if let Some(bond) = self.bond {
             if self.pairs().all(|pair| pair.failure.is_some()) {
                 self.rotate_with_larger(configuration);
             }
-            return self.update_with_law(context.law(bond.law), configuration, context);
+            return self.update_with_law(context.law(bond.law), configuration, context, forces);
         }
         match self.surface.friction {
             Friction::Angle(tan) => {
                 let law = MohrCoulomb { tan_friction: tan, ..MohrCoulomb::default() };
                 let law = MohrCoulomb { tan_residual_friction: tan, ..law };
-                self.update_with_law(Some(&law), configuration, context)
+                self.update_with_law(Some(&law), configuration, context, forces)
             }
             Friction::Laws(strengths) => self.update_with_law(
                 Some(&BareFaces { strengths, laws: context.laws }),
                 configuration,
                 context,
+                forces,
             ),
         }
     }
@@ -77,6 +80,7 @@ impl Patch {
         law: Option<&L>,
         configuration: &Configuration<'_>,
         context: PairContext<'_>,
+        forces: &mut [Vec3],
     ) -> Losses {
         self.update_axes(configuration);
         let axes = self.frame();
@@ -89,10 +93,9 @@ impl Patch {
         let (blocks, spacing) = (self.blocks, self.spacing(configuration));
         let has_friction = self.surface.friction.has_friction();
         debug_assert_eq!(self.points.len(), self.fixed.len());
-        let motions = configuration.rigid_motions(blocks);
-        let (mut couple, mut wrenches) = (Vec3::zeros(), [SpatialVector::default(); 2]);
-        let mut losses = Losses::default();
-        for (point, fixed) in self.points.iter_mut().zip(&*self.fixed) {
+        let motions = self.rigid_motions(configuration);
+        let (mut forces, mut losses) = (PointForces::new(forces), Losses::default());
+        for (number, (point, fixed)) in self.points.iter_mut().zip(&*self.fixed).enumerate() {
             let relative_position = fixed.relative_position(configuration.u, &motions);
             let own = axes.tr_mul(&relative_position);
             let loss = if let Some(check) = check {
@@ -112,10 +115,9 @@ impl Patch {
             };
             losses.add_point(point.pair.area, loss);
             let force = Self::force_along(&axes, point);
-            couple += relative_position.cross(&force);
-            fixed.add_to(&motions, force, &mut wrenches);
+            forces.add((number, fixed), &motions, &relative_position, force);
         }
-        (self.couple, self.wrenches) = (couple, wrenches);
+        self.set_forces(forces);
         losses
     }
 }

@@ -25,7 +25,7 @@ impl OldPatch {
     pub(super) fn new(mut patch: Patch, builder: &PatchBuilder<'_>) -> (Self, Losses) {
         let opening = |pair: &JointPoint| pair.state.gap + pair.state.applied_dilation;
         let mut opening_increments: Vec<f64> = patch.pairs().map(opening).collect();
-        let losses = patch.update(&builder.configuration, builder.context);
+        let losses = patch.update(&builder.configuration, builder.context, &mut []);
         for (increment, pair) in opening_increments.iter_mut().zip(patch.pairs()) {
             *increment = opening(pair) - *increment;
         }

@@ -4,9 +4,9 @@
 
 use rayon::prelude::*;
 
+use super::fixed::PointForces;
 use super::{BondedPatch, Configuration, ContactBlock, Contacts, Patch};
 use crate::point::{JointCheck, PairContext, elastic};
-use ddem_mechanics::rigid::SpatialVector;
 use ddem_mesh::Vec3;
 
 /// Patches per parallel task.
@@ -29,8 +29,12 @@ impl Contacts {
 
     /// Updates the joints in which all pairs hold, and marks those that still do.
     pub fn update_holding(&mut self, configuration: &Configuration<'_>, context: PairContext<'_>) {
-        let patches = self.patches.par_iter_mut().with_min_len(TOGETHER);
-        patches.for_each(|patch| patch.holds = patch.update_holding(configuration, context));
+        let groups = self.joint_forces.groups(&mut self.patches, TOGETHER);
+        groups.into_par_iter().for_each(|mut group| {
+            group.each(|patch, forces| {
+                patch.holds = patch.update_holding(configuration, context, forces);
+            });
+        });
     }
 }
 
@@ -40,22 +44,24 @@ impl Patch {
         &mut self,
         configuration: &Configuration<'_>,
         context: PairContext<'_>,
+        forces: &mut [Vec3],
     ) -> bool {
         let Some(bond) = self.bond else { return false };
         if self.pairs().any(|pair| pair.failure.is_some()) {
             return false;
         }
-        let law = context.law(bond.law);
-        let JointCheck { divisor, .. } = self.check(configuration, context);
-        let check = law.zip(divisor);
+        let check = context.law(bond.law).and_then(|law| {
+            let JointCheck { divisor, .. } = self.check(configuration, context);
+            Some((law, divisor?))
+        });
         self.update_axes(configuration);
         let axes = self.frame();
         let stiffness = self.surface.stiffness;
-        let motions = configuration.rigid_motions(self.blocks);
+        let motions = self.rigid_motions(configuration);
         let Self { fixed, points, .. } = self;
-        let (mut couple, mut wrenches) = (Vec3::zeros(), [SpatialVector::default(); 2]);
-        let mut failed = false;
-        for (points, fixed) in points.chunks_mut(AT_ONCE).zip(fixed.chunks(AT_ONCE)) {
+        let (mut forces, mut failed) = (PointForces::new(forces), false);
+        let chunks = points.chunks_mut(AT_ONCE).zip(fixed.chunks(AT_ONCE));
+        for (first, (points, fixed)) in (0..).step_by(AT_ONCE).zip(chunks) {
             let (mut normal, mut shear_squared) = ([0.0; AT_ONCE], [0.0; AT_ONCE]);
             for (i, (point, fixed)) in points.iter_mut().zip(fixed).enumerate() {
                 let relative_position = fixed.relative_position(configuration.u, &motions);
@@ -63,8 +69,7 @@ impl Patch {
                 let traction = elastic(stiffness, own);
                 (point.pair.state.traction, point.pair.state.gap) = (traction, own.x);
                 let force = Self::force_along(&axes, point);
-                couple += relative_position.cross(&force);
-                fixed.add_to(&motions, force, &mut wrenches);
+                forces.add((first + i, fixed), &motions, &relative_position, force);
                 if let Some((_, divisor)) = check {
                     normal[i] = traction.normal / divisor;
                     shear_squared[i] = (traction.shear / divisor).norm_squared();
@@ -74,7 +79,7 @@ impl Patch {
                 failed |= law.any_failure(&normal[..points.len()], &shear_squared[..points.len()]);
             }
         }
-        (self.couple, self.wrenches) = (couple, wrenches);
+        self.set_forces(forces);
         !failed
     }
 }

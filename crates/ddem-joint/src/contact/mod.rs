@@ -25,6 +25,8 @@
 //! | `forces` | forces of the points |
 //! | `bond`, `bond_groups` | nonconforming joints, and those of two cells as one |
 //! | `holding` | nonconforming joints in which all pairs hold |
+//! | `by_block` | patches of each block, and their forces on it |
+//! | `joint_forces` | forces of nonconforming joints, side by side, and the nodes to which they go |
 //! | `bound`, `bounds_at_nodes` | upper bounds of the stiffness of contacts |
 //! | `warnings` | warnings about contacts that may be unintended |
 //! | `contact_model` | constant data of contacts |
@@ -34,6 +36,7 @@ mod bond;
 mod bond_groups;
 mod bound;
 mod bounds_at_nodes;
+mod by_block;
 mod cells;
 mod clipped;
 mod configuration;
@@ -44,6 +47,7 @@ mod friction;
 mod history_transfer;
 mod holding;
 mod joined_cells;
+mod joint_forces;
 mod matched;
 mod meeting;
 mod patch;
@@ -77,6 +81,7 @@ pub use bounds_at_nodes::bounds_at_nodes;
 pub use contact_model::ContactModel;
 use fixed::FixedPair;
 use forces::update;
+use joint_forces::JointForces;
 use release::release;
 use serde::{Deserialize, Serialize};
 pub use surfaces::{CombinedSurface, ContactSurfaces};
@@ -177,9 +182,15 @@ pub struct Contacts {
     /// Twice the number of the patch, plus one if the block is of body b.
     #[serde(skip)]
     entries: Vec<u32>,
+    /// True for blocks with contacts.
+    #[serde(skip)]
+    may_touch: Vec<bool>,
     /// Joints that a contact replaces as one: the patches of two blocks or of two cells.
     #[serde(skip)]
     bond_groups: BondGroups,
+    /// Forces of joints with deformable blocks.
+    #[serde(skip)]
+    joint_forces: JointForces,
 }
 
 impl Contacts {
@@ -197,18 +208,6 @@ impl Contacts {
     #[inline]
     pub(super) fn body(&self, block: u32) -> u32 {
         self.bodies.get(block as usize).copied().unwrap_or(block)
-    }
-
-    /// Patches of the body of a block, and the side of the body in each: 0 for a, 1 for b. Only some
-    /// points of the patch of a cell are on the block, or none.
-    #[inline]
-    pub fn of(&self, block: usize) -> impl Iterator<Item = (&Patch, usize)> {
-        let (from, to) = match self.starts.get(block..block + 2) {
-            Some(&[from, to]) => (from as usize, to as usize),
-            _ => (0, 0),
-        };
-        let entries = self.entries[from..to].iter();
-        entries.map(|&entry| (&self.patches[entry as usize / 2], entry as usize % 2))
     }
 
     /// Patch of the nonconforming joint of two blocks, unless a contact has replaced it.
@@ -296,36 +295,6 @@ impl Contacts {
         self.index();
     }
 
-    /// Indexes the patches of each block. A joint is between two blocks, a contact between two bodies.
-    pub fn index(&mut self) {
-        self.patches.iter_mut().for_each(Patch::note_parts);
-        let (patches, bodies, blocks) = (&self.patches, &self.bodies, self.joints.len());
-        let mut counts = vec![0_u32; blocks + 1];
-        let each = || {
-            patches.iter().enumerate().flat_map(|(i, patch)| {
-                [0, 1].into_iter().flat_map(move |side| {
-                    // The blocks of a body follow each other.
-                    let first = patch.blocks[side] as usize;
-                    let is_own = |body: &&u32| patch.bond.is_none() && **body as usize == first;
-                    let others = bodies.iter().skip(first + 1).take_while(is_own).count();
-                    (first..=first + others).map(move |block| (i, side, block))
-                })
-            })
-        };
-        each().for_each(|(_, _, block)| counts[block + 1] += 1);
-        for block in 0..blocks {
-            counts[block + 1] += counts[block];
-        }
-        let mut next = counts.clone();
-        let mut entries = vec![0; counts[blocks] as usize];
-        for (patch, side, block) in each() {
-            entries[next[block] as usize] = (2 * patch + side) as u32;
-            next[block] += 1;
-        }
-        (self.starts, self.entries) = (counts, entries);
-        self.bond_groups = BondGroups::new(self);
-    }
-
     /// Energy in all springs `[J]`.
     pub fn stored(&self) -> f64 {
         sum(self.patches.iter().map(Patch::stored))
@@ -347,6 +316,7 @@ impl Contacts {
             + fixed * size_of::<FixedPair>()
             + self.patches.len() * size_of::<Patch>()
             + 4 * (self.entries.len() + self.bodies.len())
+            + self.joint_forces.bytes()
             + size_of_val(&self.near[..])
             + size_of_val(&self.travel[..])
             + self.joints.len() * (size_of::<[JointStatus; 3]>() + 4)
@@ -368,9 +338,11 @@ impl Clone for Contacts {
         self.joints.clone_from(&from.joints);
         self.starts.clone_from(&from.starts);
         self.entries.clone_from(&from.entries);
+        self.may_touch.clone_from(&from.may_touch);
         self.ended.clone_from(&from.ended);
         self.bodies.clone_from(&from.bodies);
         self.bond_groups.clone_from(&from.bond_groups);
+        self.joint_forces.clone_from(&from.joint_forces);
         (self.near_is_complete, self.deepest) = (from.near_is_complete, from.deepest);
     }
 }

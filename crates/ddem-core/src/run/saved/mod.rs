@@ -210,9 +210,9 @@ impl Simulation {
         check::state(&model, &state)?;
         check::run(&model, &state, &run)?;
         state.released.iter().for_each(|(&load, released)| model.set_released(load, released));
-        state.contacts.index();
         let blocks = model.contact.as_ref().map_or(&[][..], |contact| &contact.blocks);
         state.contacts.fix(&model.bonded_patches, blocks);
+        state.contacts.index();
         state.contacts.bonds_mut().for_each(|(_, bond)| bond.law = bond.joint);
         state.broken_joints.count_failed();
         state.broken_joints.recheck();
