@@ -150,11 +150,30 @@ impl CellComplex {
     /// Area that two cells have in common in a face `[m²]`.
     #[must_use]
     pub fn common_area(&self, common: &CommonFace) -> f64 {
-        let [one, other] =
-            [0, 1].map(|i| &self.cells()[common.cells[i] as usize].faces[common.faces[i] as usize]);
         if common.matches {
-            return one.area(self.points()).norm();
+            self.face_of(common, 0).area(self.points()).norm()
+        } else {
+            area_vector(&self.common_part(common)).norm()
         }
+    }
+
+    /// Mean of the corners of what two cells have in common in a face `[m]`.
+    #[must_use]
+    pub fn common_middle(&self, common: &CommonFace) -> Vector3<f64> {
+        let part = if common.matches { Vec::new() } else { self.common_part(common) };
+        if part.is_empty() {
+            return self.middle(self.face_of(common, 0));
+        }
+        part.iter().sum::<Vector3<f64>>() / part.len() as f64
+    }
+
+    fn face_of(&self, common: &CommonFace, side: usize) -> &CellFace {
+        &self.cells()[common.cells[side] as usize].faces[common.faces[side] as usize]
+    }
+
+    /// Corners of the part of a face that two cells have in common.
+    fn common_part(&self, common: &CommonFace) -> Vec<Vector3<f64>> {
+        let [one, other] = [0, 1].map(|side| self.face_of(common, side));
         let at = |corner: u32| self.points()[corner as usize];
         let normal = self.outward(other);
         // Beyond an edge is on its right, seen from outside.
@@ -163,7 +182,7 @@ impl CellComplex {
             (right, right.dot(&at(a)))
         });
         let corners = one.corners.iter().map(|&corner| at(corner)).collect();
-        area_vector(&clipped(corners, &beyond.collect::<Vec<_>>())).norm()
+        clipped(corners, &beyond.collect::<Vec<_>>())
     }
 
     /// Number of the block of each cell. Cells that are joined at common faces are one block;

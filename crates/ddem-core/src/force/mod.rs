@@ -3,7 +3,6 @@
 
 pub(crate) mod block;
 pub(crate) mod boundary;
-pub(crate) mod contact;
 pub(crate) mod damping;
 pub(crate) mod external;
 pub(crate) mod joint;

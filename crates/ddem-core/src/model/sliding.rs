@@ -54,6 +54,7 @@ impl SlidingDamping {
             }
             sliding.rates.push(rates);
         }
+        // Without blocks to damp the contacts need not be searched for those that slide.
         if sliding.rates.iter().all(|rates| *rates == Lanes::ZERO) {
             sliding.rates.clear();
         }

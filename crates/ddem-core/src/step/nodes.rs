@@ -5,7 +5,7 @@ use fearless_simd_macros::simd;
 
 use super::{ForcesOfOthers, PackContext};
 use crate::force::external::{self, External};
-use crate::force::{contact, neighbour_forces};
+use crate::force::neighbour_forces;
 use crate::model::Model;
 use crate::state::motion::{Motion, advanced, local_of_four};
 use crate::step::frames::FirstMoments;
@@ -32,14 +32,10 @@ pub(super) fn collect<S: Simd>(
         &mut part.wrench.angular,
     );
     if let Some(contact_model) = &model.contact {
-        let blocks = &pack.pack.blocks[..pack.pack.filled];
-        contact::collect(
-            others.contacts,
-            &contact_model.blocks,
-            blocks,
-            part.f,
-            &mut part.wrench.angular,
-        );
+        for &block in &pack.pack.blocks[..pack.pack.filled] {
+            let (block, torque) = (block as usize, &mut part.wrench.angular);
+            others.contacts.collect(block, &contact_model.blocks[block], part.f, torque);
+        }
     }
 }
 

@@ -34,7 +34,7 @@ use ddem_core::problem::{Vec3, stiffest_nodes};
 use ddem_core::{ErrorCode, Fault, ModelError};
 use ddem_cut::{CellComplex, CellPart, CellProperties, CommonFace, ON_PLANE, RegionParts};
 
-use self::joined::FacePair;
+use self::joined::FaceSides;
 use super::{BuildPhase, BuildProgress};
 use crate::schema::{Body, Deck, RockRegion, Size, SmallKind};
 
@@ -53,7 +53,7 @@ pub struct CutRock {
     /// Discs and polygons of the cuts, in their order.
     pub fractures: Vec<RockFracture>,
     /// Joints that `[[join]]` leaves out.
-    left_out: BTreeSet<FacePair>,
+    left_out: BTreeSet<FaceSides>,
     /// Cells of each region.
     of_region: Vec<Vec<usize>>,
     /// Width of the cells in the middle of the volume of each region `[m]`.
@@ -67,7 +67,7 @@ impl Deck {
     ///
     /// # Errors
     ///
-    /// All mistakes of the regions and cuts; each [`Fault`] names the key it is about.
+    /// All mistakes of the regions, cuts and joins; each [`Fault`] names the key it is about.
     pub fn cut_regions(&self) -> Result<CutRock, ModelError> {
         self.cut_regions_with_progress(&BuildProgress::default())
     }
@@ -204,7 +204,7 @@ impl CutRock {
             median_widths,
             block_widths: vec![0.0; n],
         };
-        rock.left_out = rock.left_out()?;
+        rock.left_out = rock.find_left_out()?;
         rock.blocks = rock.complex.blocks_where(&rock.common, |face| rock.is_joined(face));
         for (properties, &block) in rock.properties.iter().zip(&rock.blocks) {
             let widest = &mut rock.block_widths[block as usize];
@@ -254,11 +254,15 @@ impl CutRock {
         self.block_widths[self.blocks[cell] as usize]
     }
 
+    fn is_thin(&self, cell: usize) -> bool {
+        self.properties[cell].width < self.thin_width(cell)
+    }
+
     /// Treatment of a cell that is thin; `None` if it is not. A thin cell that is joined to a wider one
     /// cannot be rigid, and is scaled instead.
     #[must_use]
     pub fn treatment(&self, cell: usize) -> Option<SmallKind> {
-        if self.properties[cell].width >= self.thin_width(cell) {
+        if !self.is_thin(cell) {
             return None;
         }
         let kind = self.region(cell).small.is;

@@ -108,7 +108,7 @@ fn in_sets<'a>(
         faults.add_help(
             ErrorCode::IneffectiveKey,
             format!("{at}.cut"),
-            "`cut` selects joints, which only `[[join]]` takes, and `[[assign]]` with `joint` alone",
+            "`cut` selects joints: it needs `[[join]]`, or `[[assign]]` with `joint` alone",
             "select by ranges or shapes, as in `where = { z = [5, 30] }`",
         );
     }

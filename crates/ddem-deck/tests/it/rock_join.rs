@@ -1,6 +1,10 @@
 //! `[[join]]`: joints of regions that are left out.
 
+use std::collections::BTreeSet;
+
 use ddem_core::Simulation;
+use ddem_cut::PlaneSource;
+use ddem_deck::BlockMode;
 
 use crate::rock_decks::{built, cut, messages};
 
@@ -76,11 +80,86 @@ fn rigid_cells_without_joints_are_one_body() {
     assert!((area - exact).abs() < 1e-12, "{area} {exact}");
 }
 
+/// Names of the cuts that still have joints.
+fn cuts_with_joints(text: &str) -> Vec<String> {
+    let rock = cut(text);
+    let joints = rock.common.iter().filter(|face| rock.is_joint(face));
+    let names = joints.filter_map(|face| match rock.complex.planes()[face.plane as usize].source {
+        PlaneSource::Cut(cut) | PlaneSource::Bridge(cut) => Some(rock.cut_name(cut)),
+        PlaneSource::Region => None,
+    });
+    names.collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+#[test]
+fn joints_of_a_cut_are_left_out_by_its_name() {
+    for (name, left) in [("steep", "flat"), ("flat", "steep")] {
+        let text = with(&format!("[[join]]\nwhere = {{ cut = '{name}' }}"));
+        assert_eq!(cuts_with_joints(&text), [left]);
+        // A stereonet does not draw a plane without joints.
+        let (planes, _) = cut(&text).planes();
+        let joined: Vec<bool> = planes.iter().map(|plane| plane.joined).collect();
+        assert_eq!(joined, [name == "steep", name == "flat"]);
+    }
+}
+
+/// Faces that match only in part are held by springs as stiff as a thin layer of rock.
+#[test]
+fn cells_are_joined_where_a_cut_ended() {
+    let ends = "[[cut]]\nname = 'short'\nplane = { dip = 90, dip_direction = 0, through = [2, 1.7, 1] }\n\
+                joint = 'minor'\nwhere = { x = [0, 2] }\n";
+    let text = with(&format!("{ends}[[join]]\nwhere = {{ cut = 'steep' }}"));
+    let rock = cut(&text);
+    assert!(rock.common.iter().any(|face| !face.matches && !rock.is_joint(face)));
+    let model = built(&text).model();
+    assert!((model.volumes()[0] - 24.0).abs() < 1e-12);
+    // That of the rock follows the one of the deck.
+    assert!(model.joint_numbers().any(|joint| joint == 1));
+    settled(&text);
+}
+
+/// A joint that ends inside a block leaves a slit.
+#[test]
+fn joints_end_inside_blocks() {
+    for body in ["deformable", "rigid"] {
+        let text = with(
+            "[[join]]\nwhere = { cut = 'flat' }\n[[join]]\nwhere = { cut = 'steep', z = [0, 0.8] }",
+        );
+        let text =
+            text.replace("'granite'\n[[cut]]", &format!("'granite'\nbody = '{body}'\n[[cut]]"));
+        assert_eq!(n_blocks(&text), 1);
+        let model = built(&text).model();
+        let slit: f64 = model.geometry().joined().map(|joint| joint.area).sum();
+        assert!(slit > 1.0 && slit < 6.0, "{slit}");
+        settled(&text);
+    }
+}
+
+#[test]
+fn joints_between_regions_stay() {
+    let beside = "[[region]]\nname = 'beside'\nbox = { from = [4, 0, 0], to = [5, 3, 2] }\nmaterial = 'granite'\njoint = 'minor'\n";
+    let text = with(&format!("{beside}[[join]]\nwhere = {{ x = [0, 5] }}"))
+        .replace("material = 'granite'\n[[cut]]", "material = 'granite'\njoint = 'minor'\n[[cut]]");
+    assert_eq!(n_blocks(&text), 2);
+    let areas: f64 = built(&text).model().geometry().joined().map(|joint| joint.area).sum();
+    assert!((areas - 6.0).abs() < 1e-12, "{areas}");
+}
+
+/// A whole block that reaches a support is held.
+#[test]
+fn block_theory_knows_joined_cells() {
+    let text = HEAD.replace("where = { x = 0.0 }", "where = { z = 0.0 }");
+    let modes = |text: &str| -> Vec<BlockMode> {
+        cut(text).verdicts().iter().map(|verdict| verdict.mode).collect()
+    };
+    assert!(modes(&text).iter().any(|mode| *mode != BlockMode::Held));
+    let all = format!("{text}[[join]]\nwhere = {{ z = [0, 2] }}");
+    assert_eq!(modes(&all), [BlockMode::Held; 4]);
+}
+
 #[test]
 fn joints_are_selected_by_place_cut_and_dip() {
     for (place, blocks) in [
-        ("{ cut = 'steep' }", 2),
-        ("{ cut = 'flat' }", 2),
         ("{ dip = 20, dip_direction = 200 }", 2),
         ("{ cut = 'steep', z = [0, 0.8] }", 3),
         ("{ cut = 'flat', x = [0, 1.5] }", 3),
@@ -112,6 +191,7 @@ where = { z = [0, 1] }
             of("[[join]]\nwhere = { cut = 'flat', z = 1.0 }"),
             of("[[join]]"),
             messages(rockless).join("\n"),
+            of("[[blocks]]\nname = 'boulder'\norigin = [0, 0, 2]\nsize = [1, 1, 1]\nmaterial = 'granite'\n[[join]]\nwhere = { set = 'boulder' }"),
             of("[[cut]]\nplane = { dip = 5, dip_direction = 0, through = [2, 1, 1] }\njoint = 'minor'\nwhere = { cut = 'flat' }"),
         ]
         .join("\n\n")

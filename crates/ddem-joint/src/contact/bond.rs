@@ -241,6 +241,7 @@ impl Patch {
     /// True if its points can slide: a contact that exerts force, or a joint with a failed pair.
     pub fn slides(&self) -> bool {
         match &self.bond {
+            // No pair of a joint that holds has failed.
             Some(_) => !self.holds && self.pairs().any(|pair| pair.failure.is_some()),
             None => self.points.iter().any(|point| self.may_carry_force(point)),
         }

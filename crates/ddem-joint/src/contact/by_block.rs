@@ -27,8 +27,8 @@ impl Contacts {
         f: &mut [Lanes],
         torque: &mut [Lanes; 3],
     ) {
-        if !on.rigid && !self.may_touch[block] {
-            self.joint_forces.add_to(block, (on.pack_start(), on.lane), f, torque);
+        if !on.rigid && !self.has_contacts[block] {
+            self.joint_forces.add_to(block, [on.pack_start(), on.lane], f, torque);
             return;
         }
         for (patch, side) in self.of(block) {
@@ -58,13 +58,13 @@ impl Contacts {
         }
         let mut next = counts.clone();
         let mut entries = vec![0; counts[blocks] as usize];
-        let mut may_touch = vec![false; blocks];
+        let mut has_contacts = vec![false; blocks];
         for (patch, side, block) in each() {
             entries[next[block] as usize] = (2 * patch + side) as u32;
             next[block] += 1;
-            may_touch[block] |= patches[patch].bond.is_none();
+            has_contacts[block] |= patches[patch].bond.is_none();
         }
-        (self.starts, self.entries, self.may_touch) = (counts, entries, may_touch);
+        (self.starts, self.entries, self.has_contacts) = (counts, entries, has_contacts);
         self.bond_groups = BondGroups::new(self);
         self.joint_forces.renew(&self.patches, blocks);
     }

@@ -109,11 +109,12 @@ impl<'a> PointForces<'a> {
         Self { each, couple: Vec3::zeros(), wrenches: Default::default() }
     }
 
-    /// Adds the force on side a of a pair, whose sides are `relative_position` apart.
+    /// Adds the force on side a of the pair with a number, whose sides are `relative_position` apart.
     #[inline(always)]
     pub(super) fn add(
         &mut self,
-        (number, pair): (usize, &FixedPair),
+        number: usize,
+        pair: &FixedPair,
         motions: &[LinearField; 2],
         relative_position: &Vec3,
         force: Vec3,
@@ -121,6 +122,7 @@ impl<'a> PointForces<'a> {
         self.couple += relative_position.cross(&force);
         pair.points[0].add_to(&motions[0], force, &mut self.wrenches[0]);
         pair.points[1].add_to(&motions[1], -force, &mut self.wrenches[1]);
+        debug_assert!(self.each.is_empty() || number + 2 < self.each.len());
         if let Some(own) = self.each.get_mut(number) {
             *own = force;
         }
@@ -322,17 +324,17 @@ mod tests {
         let mut joint_forces = JointForces::default();
         joint_forces.renew(&patches, 2);
         for reference in [0, 1] {
-            for mut group in joint_forces.groups(&mut patches, 1) {
-                group.each(|patch, forces| {
+            for mut run in joint_forces.runs(&mut patches, 1) {
+                run.each(|patch, forces| {
                     patch.reference = reference;
                     let mut sums = PointForces::new(forces);
-                    sums.add((0, &pair), &Default::default(), &Vec3::z(), 2.0 * Vec3::x());
+                    sums.add(0, &pair, &Default::default(), &Vec3::z(), 2.0 * Vec3::x());
                     patch.set_forces(sums);
                 });
             }
             for (block, force) in [2.0, -2.0].into_iter().enumerate() {
                 let (mut f, mut torque) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);
-                joint_forces.add_to(block, (0, block), &mut f, &mut torque);
+                joint_forces.add_to(block, [0, block], &mut f, &mut torque);
                 assert_eq!(f[0].0[block], force);
                 let couple = if block == usize::from(reference) { 2.0 } else { 0.0 };
                 assert_eq!(torque.map(|component| component.0[block]), [0.0, couple, 0.0]);

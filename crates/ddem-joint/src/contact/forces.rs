@@ -21,10 +21,10 @@ pub(super) fn update(
     context: PairContext<'_>,
     contacts: &mut Contacts,
 ) -> Losses {
-    let groups = contacts.joint_forces.groups(&mut contacts.patches, TOGETHER);
-    let acting = groups.into_par_iter().map(|mut group| {
+    let runs = contacts.joint_forces.runs(&mut contacts.patches, TOGETHER);
+    let acting = runs.into_par_iter().map(|mut run| {
         let (mut lost, mut deepest) = (LossSums::default(), 0.0_f64);
-        group.each(|patch, forces| {
+        run.each(|patch, forces| {
             if !patch.holds {
                 lost.add(&patch.update(&configuration, context, forces));
             }
@@ -115,7 +115,7 @@ impl Patch {
             };
             losses.add_point(point.pair.area, loss);
             let force = Self::force_along(&axes, point);
-            forces.add((number, fixed), &motions, &relative_position, force);
+            forces.add(number, fixed, &motions, &relative_position, force);
         }
         self.set_forces(forces);
         losses

@@ -29,9 +29,9 @@ impl Contacts {
 
     /// Updates the joints in which all pairs hold, and marks those that still do.
     pub fn update_holding(&mut self, configuration: &Configuration<'_>, context: PairContext<'_>) {
-        let groups = self.joint_forces.groups(&mut self.patches, TOGETHER);
-        groups.into_par_iter().for_each(|mut group| {
-            group.each(|patch, forces| {
+        let runs = self.joint_forces.runs(&mut self.patches, TOGETHER);
+        runs.into_par_iter().for_each(|mut run| {
+            run.each(|patch, forces| {
                 patch.holds = patch.update_holding(configuration, context, forces);
             });
         });
@@ -69,7 +69,7 @@ impl Patch {
                 let traction = elastic(stiffness, own);
                 (point.pair.state.traction, point.pair.state.gap) = (traction, own.x);
                 let force = Self::force_along(&axes, point);
-                forces.add((first + i, fixed), &motions, &relative_position, force);
+                forces.add(first + i, fixed, &motions, &relative_position, force);
                 if let Some((_, divisor)) = check {
                     normal[i] = traction.normal / divisor;
                     shear_squared[i] = (traction.shear / divisor).norm_squared();

@@ -1,8 +1,10 @@
-//! Forces of joints, side by side for all joints, and the nodes to which they go.
+//! Forces of nonconforming joints with deformable blocks, side by side, and the nodes to which they go.
 //!
 //! The points of a joint stay where they are until the joint ends. Each block therefore has a list of
 //! the shares of its nodes in their forces. Blocks that went from patch to patch instead would wait
 //! for memory most of the time.
+
+use std::sync::Arc;
 
 use super::Patch;
 use super::fixed::NodalShare;
@@ -20,12 +22,14 @@ pub(super) struct JointForces {
     /// For each joint the forces of its points on block a `[N]`, then the couples on a and b `[N m]`.
     forces: Vec<Vec3>,
     /// Number of shares before those of each block, shape `(blocks + 1)`.
-    firsts: Vec<u32>,
-    shares: Vec<NodalShare>,
+    firsts: Arc<[u32]>,
+    /// Shares of the nodes of each block. Copies of a state share them, because they change only where
+    /// joints end.
+    shares: Arc<[NodalShare]>,
 }
 
-/// Patches that follow each other, with the forces of their joints.
-pub(super) struct PatchGroup<'a> {
+/// Patches of one task, with the forces of their joints.
+pub(super) struct PatchRun<'a> {
     patches: &'a mut [Patch],
     starts: &'a [u32],
     forces: &'a mut [Vec3],
@@ -49,6 +53,7 @@ impl JointForces {
         if n == self.forces.len() && self.firsts.len() == blocks + 1 {
             return;
         }
+        // Joints that hold have been updated in this step already.
         self.forces = patches.iter().filter(|patch| n_forces(patch) > 0).flat_map(forces).collect();
         self.find_shares(patches, blocks);
     }
@@ -67,26 +72,26 @@ impl JointForces {
             all[next[block] as usize] = share;
             next[block] += 1;
         }
-        (self.firsts, self.shares) = (firsts, all);
+        (self.firsts, self.shares) = (firsts.into(), all.into());
     }
 
-    /// Patches in groups of some number, each with the forces of its joints.
-    pub(super) fn groups<'a>(
+    /// Runs of some number of patches, each with the forces of its joints.
+    pub(super) fn runs<'a>(
         &'a mut self,
         patches: &'a mut [Patch],
         together: usize,
-    ) -> Vec<PatchGroup<'a>> {
+    ) -> Vec<PatchRun<'a>> {
         debug_assert_eq!(self.starts.len(), patches.len() + 1);
         let mut left = &mut self.forces[..];
-        let group = |(number, patches): (usize, &'a mut [Patch])| {
+        let run = |(number, patches): (usize, &'a mut [Patch])| {
             let first = number * together;
             let starts = &self.starts[first..=first + patches.len()];
             let n = (starts[patches.len()] - starts[0]) as usize;
             let (forces, rest) = std::mem::take(&mut left).split_at_mut(n);
             left = rest;
-            PatchGroup { patches, starts, forces }
+            PatchRun { patches, starts, forces }
         };
-        patches.chunks_mut(together).enumerate().map(group).collect()
+        patches.chunks_mut(together).enumerate().map(run).collect()
     }
 
     /// Adds the forces of joints on a deformable block to those of its pack, `f`, and their couples to the
@@ -94,7 +99,7 @@ impl JointForces {
     pub(super) fn add_to(
         &self,
         block: usize,
-        (start, lane): (usize, usize),
+        [start, lane]: [usize; 2],
         f: &mut [Lanes],
         torque: &mut [Lanes; 3],
     ) {
@@ -120,9 +125,9 @@ impl JointForces {
     }
 }
 
-impl PatchGroup<'_> {
-    /// Updates each patch, with the forces and the couple of a joint with a deformable block; none for
-    /// others.
+impl PatchRun<'_> {
+    /// Updates each patch. A joint with a deformable block also gets its list of forces; other patches get an
+    /// empty one.
     pub(super) fn each(&mut self, mut update: impl FnMut(&mut Patch, &mut [Vec3])) {
         let Self { patches, starts, forces } = self;
         for (patch, ends) in patches.iter_mut().zip(starts.windows(2)) {

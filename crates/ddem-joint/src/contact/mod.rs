@@ -184,11 +184,11 @@ pub struct Contacts {
     entries: Vec<u32>,
     /// True for blocks with contacts.
     #[serde(skip)]
-    may_touch: Vec<bool>,
+    has_contacts: Vec<bool>,
     /// Joints that a contact replaces as one: the patches of two blocks or of two cells.
     #[serde(skip)]
     bond_groups: BondGroups,
-    /// Forces of joints with deformable blocks.
+    /// Forces of nonconforming joints with deformable blocks.
     #[serde(skip)]
     joint_forces: JointForces,
 }
@@ -316,6 +316,7 @@ impl Contacts {
             + fixed * size_of::<FixedPair>()
             + self.patches.len() * size_of::<Patch>()
             + 4 * (self.entries.len() + self.bodies.len())
+            + self.has_contacts.len()
             + self.joint_forces.bytes()
             + size_of_val(&self.near[..])
             + size_of_val(&self.travel[..])
@@ -338,7 +339,7 @@ impl Clone for Contacts {
         self.joints.clone_from(&from.joints);
         self.starts.clone_from(&from.starts);
         self.entries.clone_from(&from.entries);
-        self.may_touch.clone_from(&from.may_touch);
+        self.has_contacts.clone_from(&from.has_contacts);
         self.ended.clone_from(&from.ended);
         self.bodies.clone_from(&from.bodies);
         self.bond_groups.clone_from(&from.bond_groups);

@@ -36,6 +36,9 @@ impl PlaneEquation {
     }
 }
 
+/// Stands for a set that is not among those of the selection: it has nothing there.
+const NO_SET: usize = usize::MAX;
+
 /// A `where` with its tolerances and the index of its set.
 #[derive(Clone, Debug)]
 pub(crate) struct Selector {
@@ -60,7 +63,10 @@ pub(crate) struct Selector {
 impl Selector {
     pub(crate) fn new(selector: &Where, sets: &Sets) -> Self {
         let size = sets.bounds[1] - sets.bounds[0];
-        let named = |name: &str| sets.list.iter().position(|s| s.name.as_deref() == Some(name));
+        let named = |name: &str| {
+            let known = sets.list.iter().position(|s| s.name.as_deref() == Some(name));
+            known.unwrap_or(NO_SET)
+        };
         let mut made = Self {
             ranges: [None; 3],
             planes: Vec::new(),
@@ -70,7 +76,7 @@ impl Selector {
             solid: None,
             terrains: Vec::new(),
             facing: OrientationFilter::new(selector),
-            set: selector.set.as_deref().and_then(named),
+            set: selector.set.as_deref().map(named),
             // A flat model still has a size: a small fraction of its longest side.
             tolerance: [0, 1, 2].map(|k| 1e-6 * size[k].max(1e-3 * size.max())),
         };

@@ -3,17 +3,16 @@
 use std::collections::BTreeSet;
 
 use ddem_core::ModelError;
-use ddem_core::problem::Vec3;
 use ddem_cut::{CommonFace, PlaneSource};
 
 use super::CutRock;
 use crate::build::geometry::{Selector, nearest_joint, nothing};
-use crate::schema::{Join, RockCut};
+use crate::schema::{Join, RockCut, SmallKind};
 
 /// Cells on both sides of a common face, and its numbers in them.
-pub(super) type FacePair = ([u32; 2], [u32; 2]);
+pub(super) type FaceSides = ([u32; 2], [u32; 2]);
 
-fn face_pair(face: &CommonFace) -> FacePair {
+fn sides(face: &CommonFace) -> FaceSides {
     (face.cells, face.faces)
 }
 
@@ -41,7 +40,7 @@ impl CutRock {
     /// whole rock covers all of it.
     pub(crate) fn is_joined(&self, face: &CommonFace) -> bool {
         let plane = &self.complex.planes()[face.plane as usize];
-        if plane.joined || self.left_out.contains(&face_pair(face)) {
+        if plane.joined || self.is_left_out(face) {
             return true;
         }
         let PlaneSource::Cut(cut) = plane.source else { return false };
@@ -50,21 +49,27 @@ impl CutRock {
             && !self.complex.is_covered(face)
     }
 
-    /// Joints that the entries of the deck leave out.
+    /// True if `[[join]]` leaves the joint in a common face out.
+    pub(super) fn is_left_out(&self, face: &CommonFace) -> bool {
+        self.left_out.contains(&sides(face))
+    }
+
+    /// Joints that the entries of the deck leave out. No cells have been joined by them yet, and blocks have no
+    /// numbers.
     ///
     /// # Errors
     ///
     /// An entry selects no joint.
-    pub(super) fn left_out(&self) -> Result<BTreeSet<FacePair>, ModelError> {
+    pub(super) fn find_left_out(&self) -> Result<BTreeSet<FaceSides>, ModelError> {
         let sets = self.selectable();
         let (mut left_out, mut faults) = (BTreeSet::new(), Vec::new());
         for (number, entry) in self.deck.join.iter().enumerate() {
             let selector = Selector::new(&entry.r#where, &sets);
             let chosen = self.inner_joints().filter(|face| self.takes(entry, &selector, face));
-            let chosen: Vec<FacePair> = chosen.map(face_pair).collect();
+            let chosen: Vec<FaceSides> = chosen.map(sides).collect();
             if chosen.is_empty() {
                 let fault = nothing(format!("join[{number}].where"), "no joint of a region");
-                let centres = self.inner_joints().map(|face| self.centre(face));
+                let centres = self.inner_joints().map(|face| self.complex.common_middle(face));
                 faults.push(nearest_joint(fault, &selector, centres));
             }
             left_out.extend(chosen);
@@ -72,13 +77,18 @@ impl CutRock {
         if faults.is_empty() { Ok(left_out) } else { Err(ModelError { faults }) }
     }
 
-    /// Joints between cells of one region.
+    /// Joints between cells of one region that become blocks.
     fn inner_joints(&self) -> impl Iterator<Item = &CommonFace> {
-        let in_one_region = |face: &&CommonFace| {
-            let [a, b] = face.cells.map(|cell| self.region_number(cell as usize));
-            a == b && self.is_joint(face)
+        let exists =
+            |cell: usize| !self.is_thin(cell) || self.region(cell).small.is != SmallKind::Removed;
+        let is_inner = move |face: &&CommonFace| {
+            let [a, b] = face.cells.map(|cell| cell as usize);
+            self.region_number(a) == self.region_number(b)
+                && exists(a)
+                && exists(b)
+                && self.is_joint(face)
         };
-        self.common.iter().filter(in_one_region)
+        self.common.iter().filter(is_inner)
     }
 
     fn takes(&self, entry: &Join, selector: &Selector, face: &CommonFace) -> bool {
@@ -91,16 +101,6 @@ impl CutRock {
         });
         of_cut
             && selector.has_set(self.region_number(face.cells[0] as usize))
-            && selector.contains_face(&self.centre(face), &plane.normal)
-    }
-
-    /// Middle of the smaller of the two faces `[m]`.
-    fn centre(&self, face: &CommonFace) -> Vec3 {
-        let points = self.complex.points();
-        let [one, other] = [0, 1].map(|side| {
-            &self.complex.cells()[face.cells[side] as usize].faces[face.faces[side] as usize]
-        });
-        let is_smaller = other.area(points).norm() < one.area(points).norm();
-        self.complex.middle(if is_smaller { other } else { one })
+            && selector.contains_face(&self.complex.common_middle(face), &plane.normal)
     }
 }

@@ -1,9 +1,9 @@
 //! Planes of cuts, with their orientations and areas in the rock.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ddem_core::problem::Vec3;
-use ddem_cut::{Compass, PlaneSource};
+use ddem_cut::{CommonFace, Compass, PlaneSource};
 
 use super::CutRock;
 
@@ -45,10 +45,17 @@ impl CutRock {
             *areas.entry(face.plane).or_insert(0.0) += face.area(complex.points()).norm() / 2.0;
         }
         let rows: BTreeMap<u32, usize> = areas.keys().copied().zip(0..).collect();
+        // Planes of which `[[join]]` leaves out all joints have none.
+        let joints = self.common.iter().filter(|face| !self.is_joined(face));
+        let joints: BTreeSet<u32> = joints.map(|face| face.plane).collect();
+        let left_out = |face: &&CommonFace| self.is_left_out(face) && !joints.contains(&face.plane);
+        let left_out: BTreeSet<u32> =
+            self.common.iter().filter(left_out).map(|face| face.plane).collect();
         let plane = |(&number, &area): (&u32, &f64)| {
             let plane = &complex.planes()[number as usize];
             let oriented = oriented(&plane.normal, &compass);
-            cut_of(number).map(|cut| RockPlane { cut, joined: plane.joined, area, ..oriented })
+            let joined = plane.joined || left_out.contains(&number);
+            cut_of(number).map(|cut| RockPlane { cut, joined, area, ..oriented })
         };
         let planes = areas.iter().filter_map(plane).collect();
         let of_faces = faces().map(|face| rows.get(&face.plane).copied()).collect();

@@ -251,7 +251,7 @@ impl<'a> FirstStage<'a> {
     fn joint(&self, common: &CommonFace) -> Option<ExposedJoint> {
         let (rock, complex) = (self.rock, &self.rock.complex);
         let face = &complex.cells()[common.cells[0] as usize].faces[common.faces[0] as usize];
-        let (centre, normal) = (complex.middle(face), complex.outward(face));
+        let (centre, normal) = (complex.common_middle(common), complex.outward(face));
         let (cut, bridge) = match complex.plane(face).source {
             PlaneSource::Region => (None, false),
             PlaneSource::Cut(cut) => (Some(cut), !complex.covers(common.plane, &centre)),
