@@ -33,6 +33,8 @@ LIMITS = {
     "copy": ("memory", 16 * 2**24),
     "add": ("arithmetic", 12 * 1_000_000 * 4),
     "multiply": ("arithmetic", 12 * 1_000_000 * 4),
+    "add eight": ("arithmetic", 12 * 1_000_000 * 8),
+    "multiply eight": ("arithmetic", 12 * 1_000_000 * 8),
 }
 
 
@@ -131,6 +133,8 @@ def limits(measured: Measured) -> str:
         "copy": ("memory, copy `a = b`", "GB/s"),
         "add": ("additions, four numbers at once", "10⁹/s"),
         "multiply": ("multiplications, four numbers at once", "10⁹/s"),
+        "add eight": ("additions, eight numbers at once", "10⁹/s"),
+        "multiply eight": ("multiplications, eight numbers at once", "10⁹/s"),
     }
     rows = []
     for name, (text, unit) in names.items():

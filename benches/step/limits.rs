@@ -3,7 +3,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput};
-use fearless_simd::{Level, Simd, SimdBase, dispatch, f64x4};
+use fearless_simd::{Level, Simd, SimdBase, dispatch, f64x4, f64x8};
 use fearless_simd_macros::simd;
 
 use crate::{THREADS, pool};
@@ -37,14 +37,19 @@ pub(crate) fn memory(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Additions and multiplications of four numbers at once, in numbers.
+/// Additions and multiplications of four and of eight numbers at once, in numbers.
 pub(crate) fn arithmetic(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("arithmetic");
     for threads in THREADS {
         let pool = pool(threads);
-        group.throughput(Throughput::Elements((threads * CHAINS * LENGTH * 4) as u64));
-        for (name, multiplies) in [("add", false), ("multiply", true)] {
-            let task = || peak(Level::new(), multiplies);
+        for (name, multiplies, lanes) in [
+            ("add", false, 4),
+            ("multiply", true, 4),
+            ("add eight", false, 8),
+            ("multiply eight", true, 8),
+        ] {
+            group.throughput(Throughput::Elements((threads * CHAINS * LENGTH * lanes) as u64));
+            let task = || peak(Level::new(), multiplies, lanes);
             group.bench_function(BenchmarkId::new(name, threads), |bencher| {
                 pool.install(|| {
                     bencher
@@ -68,28 +73,41 @@ fn chunks(a: &mut [f64], [b, c]: [&[f64]; 2], operation: &(impl Fn(&mut f64, &f6
     rayon::join(|| chunks(low, [b, c], operation), || chunks(high, [b_high, c_high], operation));
 }
 
-/// Runs independent chains of additions or multiplications of four numbers.
-fn peak(level: Level, multiplies: bool) {
-    let sum = dispatch!(level, simd => run_chains(simd, black_box(1e-9), multiplies));
+/// Runs independent chains of additions or multiplications of four or eight numbers.
+fn peak(level: Level, multiplies: bool, lanes: usize) {
+    let by = black_box(1e-9);
+    let sum = match lanes {
+        4 => dispatch!(level, simd => run_fours(simd, by, multiplies)),
+        _ => dispatch!(level, simd => run_eights(simd, by, multiplies)),
+    };
     black_box(sum);
 }
 
 #[simd]
-fn run_chains<S: Simd>(simd: S, by: f64, multiplies: bool) -> f64 {
-    let mut chains: [f64x4<S>; CHAINS] =
-        std::array::from_fn(|i| f64x4::splat(simd, 1.0 + i as f64));
+fn run_fours<S: Simd>(simd: S, by: f64, multiplies: bool) -> f64 {
+    run_chains::<S, f64x4<S>>(simd, by, multiplies)
+}
+
+#[simd]
+fn run_eights<S: Simd>(simd: S, by: f64, multiplies: bool) -> f64 {
+    run_chains::<S, f64x8<S>>(simd, by, multiplies)
+}
+
+#[inline(always)]
+fn run_chains<S: Simd, V: SimdBase<S, Element = f64>>(simd: S, by: f64, multiplies: bool) -> f64 {
+    let mut chains: [V; CHAINS] = std::array::from_fn(|i| V::splat(simd, 1.0 + i as f64));
     if multiplies {
-        let by = f64x4::splat(simd, 1.0 + by);
+        let by = V::splat(simd, 1.0 + by);
         for _ in 0..LENGTH {
             chains.iter_mut().for_each(|chain| *chain *= by);
         }
     } else {
-        let by = f64x4::splat(simd, by);
+        let by = V::splat(simd, by);
         for _ in 0..LENGTH {
             chains.iter_mut().for_each(|chain| *chain += by);
         }
     }
-    let mut sum = f64x4::splat(simd, 0.0);
+    let mut sum = V::splat(simd, 0.0);
     chains.iter().for_each(|chain| sum += *chain);
     sum.as_slice().iter().sum()
 }

@@ -104,6 +104,7 @@ impl FirstMotion {
             let face = &faces[face];
             face.cohesion * face.area + pressed * face.tan_friction
         };
-        self.on.into_iter().flatten().map(holds).sum::<f64>() / self.driving
+        // The sum of no numbers is −0.
+        self.on.into_iter().flatten().map(holds).fold(0.0, |sum, force| sum + force) / self.driving
     }
 }

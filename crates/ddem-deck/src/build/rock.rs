@@ -52,8 +52,8 @@ pub struct CutRock {
     pub blocks: Vec<u32>,
     /// Discs and polygons of the cuts, in their order.
     pub fractures: Vec<RockFracture>,
-    /// Joints that `[[join]]` leaves out.
-    left_out: BTreeSet<FaceSides>,
+    /// Joints that each entry of `[[join]]` leaves out.
+    left_out: Vec<BTreeSet<FaceSides>>,
     /// Cells of each region.
     of_region: Vec<Vec<usize>>,
     /// Width of the cells in the middle of the volume of each region `[m]`.
@@ -199,7 +199,7 @@ impl CutRock {
             common,
             blocks: Vec::new(),
             fractures,
-            left_out: BTreeSet::new(),
+            left_out: Vec::new(),
             of_region,
             median_widths,
             block_widths: vec![0.0; n],

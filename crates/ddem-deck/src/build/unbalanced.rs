@@ -1,6 +1,6 @@
 //! Outer faces that do not carry the in-situ stress.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use ddem_core::problem::{BlockFace, Geometry, Vec3};
 use ddem_core::{Model, counted};
@@ -93,6 +93,7 @@ impl BuiltDeck {
         };
         let wrong: Vec<usize> = (0..stresses.len()).filter(wrong).collect();
         let first = *wrong.first()?;
+        let whole: BTreeSet<usize> = wrong.iter().map(|&block| model.whole_block(block)).collect();
         let required = -gravity * self.density(model, first);
         let [x, y, z] = required.map(|x| x + 0.0).into();
         let stress = stresses[first]?;
@@ -107,9 +108,10 @@ impl BuiltDeck {
             format!("put `gradient = {{ {axis} = {slope:?} }}` into `[[initial]]`")
         });
         let message = format!(
-            "the in-situ stress does not balance the weight of {}, first of block {first} of set `{}`: \
+            "the in-situ stress does not balance the weight of {}, first of block {} of set `{}`: \
              its divergence is ({:.4e}, {:.4e}, {:.4e}) N/m³, but the weight requires ({x:.4e}, {y:.4e}, {z:.4e})",
-            counted(wrong.len(), "block"),
+            counted(whole.len(), "block"),
+            model.whole_block(first),
             model.set_name(first),
             divergence.x,
             divergence.y,

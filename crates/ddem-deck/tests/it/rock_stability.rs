@@ -189,3 +189,48 @@ fn every_mode_has_a_word() {
     ];
     insta::assert_snapshot!(all.map(BlockMode::name).join("\n"));
 }
+
+/// In plane strain all nodes are held along y: a block slides in the plane, also without joints at its
+/// sides. The exact factor is tan 40° / tan 35°.
+#[test]
+fn blocks_slide_between_planes_of_symmetry() {
+    let text = "
+[materials.granite]
+density = 2600.0
+young = 50e9
+poisson = 0.25
+[joints.bedding]
+normal_stiffness = 20e9
+shear_stiffness = 8e9
+friction = 40.0
+[[region]]
+prism = { outline = [[0, 0], [30, 0], [30, 10], [20, 10], [10, 30], [0, 30]], axis = 'y', from = 0, to = 2 }
+material = 'granite'
+[[cut]]
+name = 'bedding'
+plane = { dip = 35, dip_direction = 90, through = [13, 1, 24] }
+joint = 'bedding'
+[[fix]]
+where = { z = 0 }
+axes = 'xyz'
+[[fix]]
+where = { x = 0 }
+axes = 'x'
+[[fix]]
+axes = 'y'
+[[stage]]
+name = 'rest'
+kind = 'relax'
+";
+    let crest = at(text, [11.0, 1.0, 27.0]);
+    assert_eq!((crest.mode, &crest.on[..]), (BlockMode::SlidesOnOne, &[0][..]));
+    let exact = 40_f64.to_radians().tan() / 35_f64.to_radians().tan();
+    assert!((crest.factor.unwrap() - exact).abs() < 1e-12, "{crest:?}");
+    let [_, trend] = crest.plunge_trend.unwrap();
+    assert!((trend - 90.0).abs() < 1e-9, "{trend}");
+    // The bench carries the base.
+    assert_eq!(at(text, [25.0, 1.0, 5.0]).mode, BlockMode::Held);
+    // A support along all axes leaves no face free.
+    let held = text.replace("[[fix]]\naxes = 'y'", "[[fix]]\naxes = 'xyz'");
+    assert_eq!(at(&held, [11.0, 1.0, 27.0]).mode, BlockMode::Buried);
+}

@@ -18,8 +18,18 @@ pub fn table(rock: &CutRock, added: &[f64]) -> String {
     let joints = rock.common.iter().filter(|face| rock.is_joint(face)).count();
     let elements: usize = (0..n).map(|cell| rock.n_elements(cell)).sum();
     // A string takes any text.
-    let _ =
-        writeln!(text, "{n} cells in {blocks} blocks, {joints} joint faces, {elements} elements\n");
+    let _ = writeln!(
+        text,
+        "{} in {}, {}, {}",
+        counted(n, "cell"),
+        counted(blocks as usize, "block"),
+        counted(joints, "joint face"),
+        counted(elements, "element")
+    );
+    for (number, left_out) in rock.left_out_joints().iter().enumerate() {
+        let _ = writeln!(text, "join[{number}] leaves {} out", counted(*left_out, "joint face"));
+    }
+    text.push('\n');
     let width = (0..rock.regions().len()).map(|region| rock.region_name(region).chars().count());
     let width = width.max().unwrap_or(0).max("region".len());
     let _ = writeln!(

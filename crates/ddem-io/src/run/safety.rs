@@ -302,7 +302,10 @@ pub(super) fn warnings(
         [Some(_), None] => {
             let why = why_it_holds(simulation);
             let message = format!("the blocks hold with the largest factor, {high}{why}");
-            let help = "raise the second number of `bracket`";
+            let help = match simulation.model().can_fail() {
+                true => "raise the second number of `bracket`",
+                false => "give joints between the blocks `friction`, `cohesion` or `tension`",
+            };
             warnings.push(Diagnostic::warning(Code::FactorAboveBracket, "bracket", message, help));
         }
         _ => {}
@@ -348,7 +351,11 @@ fn why_it_holds(simulation: &mut Simulation) -> String {
     } else if energy.strain_bodies + energy.strain_joints == 0.0 && simulation.unbalanced() == 0.0 {
         why += "; no joint carries any load: check `gravity` and the supports";
     }
-    for joint in simulation.model().joints_without_strength() {
+    let without_strength: Vec<&str> = simulation.model().joints_without_strength().collect();
+    if without_strength.is_empty() && !simulation.model().can_fail() {
+        why += "; there is no joint whose strength could be reduced";
+    }
+    for joint in without_strength {
         why += &format!("; joint `{joint}` has no strength and never fails");
     }
     why

@@ -19,7 +19,7 @@ const TORQUE: u32 = u32::MAX;
 pub(super) struct JointForces {
     /// Number of forces before each patch, shape `(patches + 1)`.
     starts: Vec<u32>,
-    /// For each joint the forces of its points on block a `[N]`, then the couples on a and b `[N m]`.
+    /// Forces of the points of each joint on block a `[N]`, then the couples on a and b `[N m]`.
     forces: Vec<Vec3>,
     /// Number of shares before those of each block, shape `(blocks + 1)`.
     firsts: Arc<[u32]>,

@@ -51,7 +51,13 @@ impl CutRock {
 
     /// True if `[[join]]` leaves the joint in a common face out.
     pub(super) fn is_left_out(&self, face: &CommonFace) -> bool {
-        self.left_out.contains(&sides(face))
+        self.left_out.iter().any(|chosen| chosen.contains(&sides(face)))
+    }
+
+    /// Numbers of joints that the entries of `[[join]]` leave out.
+    #[must_use]
+    pub fn left_out_joints(&self) -> Vec<usize> {
+        self.left_out.iter().map(BTreeSet::len).collect()
     }
 
     /// Joints that the entries of the deck leave out. No cells have been joined by them yet, and blocks have no
@@ -60,19 +66,19 @@ impl CutRock {
     /// # Errors
     ///
     /// An entry selects no joint.
-    pub(super) fn find_left_out(&self) -> Result<BTreeSet<FaceSides>, ModelError> {
+    pub(super) fn find_left_out(&self) -> Result<Vec<BTreeSet<FaceSides>>, ModelError> {
         let sets = self.selectable();
-        let (mut left_out, mut faults) = (BTreeSet::new(), Vec::new());
+        let (mut left_out, mut faults) = (Vec::new(), Vec::new());
         for (number, entry) in self.deck.join.iter().enumerate() {
             let selector = Selector::new(&entry.r#where, &sets);
             let chosen = self.inner_joints().filter(|face| self.takes(entry, &selector, face));
-            let chosen: Vec<FaceSides> = chosen.map(sides).collect();
+            let chosen: BTreeSet<FaceSides> = chosen.map(sides).collect();
             if chosen.is_empty() {
                 let fault = nothing(format!("join[{number}].where"), "no joint of a region");
                 let centres = self.inner_joints().map(|face| self.complex.common_middle(face));
                 faults.push(nearest_joint(fault, &selector, centres));
             }
-            left_out.extend(chosen);
+            left_out.push(chosen);
         }
         if faults.is_empty() { Ok(left_out) } else { Err(ModelError { faults }) }
     }

@@ -12,6 +12,12 @@ use crate::schema::{Joint, Where};
 /// Vertical part of the normal of an outer face above which the face is free.
 const UPWARD: f64 = 1e-6;
 
+/// Part of a unit vector that is only rounding.
+const ROUNDED: f64 = 1e-12;
+
+/// Names of the axes along which supports hold.
+const AXES: &str = "xyz";
+
 /// Gravity of a deck without one `[m/s²]`.
 const GRAVITY: f64 = 9.81;
 
@@ -223,28 +229,30 @@ impl<'a> FirstStage<'a> {
             }
         };
         let normal = complex.outward(face);
-        let mut supports = self.fixed.iter().filter(holds).map(|(_, axes)| *axes).peekable();
-        if supports.peek().is_none() {
-            let free = normal.z > UPWARD;
-            block.free |= free;
-            block.held |= !free;
-            if free {
-                return face.area(complex.points()).norm();
-            }
-        } else if supports.all(|axes| is_smooth(axes, &normal)) {
-            // The block can neither leave the wall nor enter it.
-            let wall = |normal: Vec3| ExposedJoint {
-                normal,
-                area: face.area(complex.points()).norm(),
-                cut: None,
-                is_wall: true,
-                strength: Some([0.0; 2]),
-            };
-            block.joints.extend([wall(normal), wall(-normal)]);
-        } else {
-            block.held = true;
+        let names: String = self.fixed.iter().filter(holds).map(|(_, axes)| *axes).collect();
+        let fixed: Vec<usize> = (0..3).filter(|&axis| names.contains(&AXES[axis..=axis])).collect();
+        let area = face.area(complex.points()).norm();
+        let wall = |normal: Vec3| ExposedJoint {
+            normal,
+            area,
+            cut: None,
+            is_wall: true,
+            strength: Some([0.0; 2]),
+        };
+        let crosses = fixed.iter().any(|&axis| normal[axis].abs() > ROUNDED);
+        let is_smooth = fixed.len() == 1 && normal[fixed[0]].abs() >= 1.0 - ROUNDED;
+        block.held |= crosses && !is_smooth;
+        // The block can move neither way along a supported axis.
+        for along in fixed.into_iter().map(|axis| Vec3::ith(axis, 1.0)) {
+            block.joints.extend([wall(along), wall(-along)]);
         }
-        0.0
+        if crosses {
+            return 0.0;
+        }
+        let free = normal.z > UPWARD;
+        block.free |= free;
+        block.held |= !free;
+        if free { area } else { 0.0 }
     }
 
     /// Joint of a common face with the normal out of its first cell; `None` if rock holds it.
@@ -294,12 +302,6 @@ impl<'a> FirstStage<'a> {
             strength,
         })
     }
-}
-
-/// True if a support along some axes holds a face along its normal alone.
-fn is_smooth(axes: &str, normal: &Vec3) -> bool {
-    let axis = ["x", "y", "z"].into_iter().position(|axis| axis == axes);
-    axis.is_some_and(|axis| normal[axis].abs() > 1.0 - 1e-12)
 }
 
 /// Cohesion `[Pa]` and tangent of the friction angle of a joint that fails by Mohr and Coulomb.
