@@ -106,7 +106,7 @@ def test_every_section_round_trips(tmp_path: Path) -> None:
     rounds(model, tmp_path)
     sections = set(ddem.schema()["properties"])
     # These are the only sections that the full model lacks.
-    assert sections - set(model.deck) == {"refine", "region", "cut", "output"}
+    assert sections - set(model.deck) == {"refine", "region", "cut", "join", "output"}
     assert model.build().n_blocks == 4 + 1
 
 

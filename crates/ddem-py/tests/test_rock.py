@@ -56,6 +56,17 @@ def test_wedge_has_its_volume_and_factor() -> None:
     assert repr(cells) == "<Cells 'wedge': 4 blocks of 4 cells>"
 
 
+def test_joints_are_left_out(tmp_path: Path) -> None:
+    model = wedge()
+    model.join(cut="a")
+    assert model.deck["join"] == [{"where": {"cut": "a"}}]
+    assert len(set(model.cells().table["block"])) < len(set(wedge().cells().table["block"]))
+    path = tmp_path / "deck.toml"
+    assert ddem.Model.from_deck(model.to_deck(path) and path).deck == model.deck
+    model.join(cut="c")
+    assert "there is no cut named `c`" in refused(model.cells, ddem.ModelError)
+
+
 def area(corners: np.ndarray) -> float:
     """Area of a plane polygon [m²]."""
     start = corners[0]

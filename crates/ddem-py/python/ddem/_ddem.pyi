@@ -181,7 +181,6 @@ class Model:
     ) -> None: ...
     def join(
         self,
-        *,
         # keys: Join
         # end
         **where: Unpack[Where],
