@@ -146,6 +146,10 @@ fn decks_with_regions_run_with_the_numbers_of_their_blocks() {
     desk.write("cells.toml", &text);
     let cut = desk.run("cut cells.toml");
     assert!(cut.stdout.starts_with("4 cells in 2 blocks, "), "{}", cut.stdout);
+    desk.write("joined.toml", &format!("{text}[[join]]\nwhere = {{ x = [-9, 9] }}\n"));
+    let joined = desk.run("cut joined.toml").stdout;
+    assert!(joined.starts_with("4 cells in 1 block, 0 joint faces, "), "{joined}");
+    assert!(joined.contains("\njoin[0] leaves 2 joint faces out\n"), "{joined}");
     let outcome = desk.run("cells.toml --check");
     assert_eq!(outcome.status, Some(0), "{}", outcome.stderr);
     assert!(outcome.stdout.contains("blocks         2\n"), "{}", outcome.stdout);

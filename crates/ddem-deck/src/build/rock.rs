@@ -1,7 +1,5 @@
 //! Regions of rock: from a deck to cells.
 
-use std::collections::BTreeSet;
-
 mod assigned;
 mod beside;
 mod blocks;
@@ -28,6 +26,8 @@ pub use planes::RockPlane;
 pub(crate) use shape::parts;
 pub use stability::{BlockMode, BlockVerdict};
 pub(in crate::build) use warnings::much_inertia;
+
+use std::collections::BTreeSet;
 
 use ddem_core::element::Elastic;
 use ddem_core::problem::{Vec3, stiffest_nodes};

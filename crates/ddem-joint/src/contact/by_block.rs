@@ -18,8 +18,8 @@ impl Contacts {
     }
 
     /// Adds the forces of all patches on a block to those of its pack, `f`, and their couples to the torque
-    /// on the block. The fixed order of patches and points gives every node one order of summation, with
-    /// the list of a block without contacts too.
+    /// on the block. The fixed order of patches and points gives every node one order of summation. The
+    /// list that a block without contacts has is in this order, too.
     pub fn collect(
         &self,
         block: usize,
