@@ -84,6 +84,16 @@ pub(crate) fn mend_length(path: &Path) -> std::io::Result<()> {
     change_end(path, |end| end.max(length))
 }
 
+/// Does the same and adds bytes that nothing owns.
+///
+/// HDF5 cuts a file whose last data are removed before it writes the new length into it. A process that is killed between
+/// them would leave a file that does not open. With other bytes after the data HDF5 cuts nothing.
+pub(crate) fn hold_end(path: &Path) -> std::io::Result<()> {
+    const HELD: u64 = 8;
+    let length = fs::metadata(path)?.len();
+    change_end(path, |end| if end > length { end } else { length + HELD })
+}
+
 /// Makes the bytes before `end` all of a file.
 pub(crate) fn set_end(path: &Path, end: u64) -> std::io::Result<()> {
     change_end(path, |_| end)
@@ -92,7 +102,8 @@ pub(crate) fn set_end(path: &Path, end: u64) -> std::io::Result<()> {
 fn change_end(path: &Path, change: impl FnOnce(u64) -> u64) -> std::io::Result<()> {
     let mut file = fs::File::options().read(true).write(true).open(path)?;
     let mut head = [0; END.end];
-    if file.metadata()?.len() < END.end as u64 {
+    let length = file.metadata()?.len();
+    if length < END.end as u64 {
         return Ok(());
     }
     file.read_exact(&mut head)?;
@@ -101,6 +112,8 @@ fn change_end(path: &Path, change: impl FnOnce(u64) -> u64) -> std::io::Result<(
     let end = head[END].iter().rev().fold(0, |end, &byte| end << 8 | u64::from(byte));
     let next = change(end);
     if known && end != next {
+        // Before the end itself: a file that is shorter than its end does not open.
+        file.set_len(length.max(next))?;
         file.seek(SeekFrom::Start(END.start as u64))?;
         file.write_all(&next.to_le_bytes())?;
     }

@@ -88,6 +88,26 @@ fn reopened_files_forget_later_steps() {
     assert_steps(&path, &[4]);
 }
 
+/// HDF5 would cut a file whose last steps go before it writes the new length into it.
+#[test]
+fn reopening_never_makes_a_file_shorter() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.vtkhdf");
+    let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
+    (0..200).for_each(|step| append(&mut writer, step).unwrap());
+    let length = || std::fs::metadata(&path).unwrap().len();
+    for steps in [150, 20, 20, 0] {
+        let before = length();
+        Writer::reopen(&path, PointOwner::Mesh, &fields(), steps).unwrap();
+        assert!(
+            length() >= before,
+            "{before} bytes with more than {steps} steps, then {}",
+            length()
+        );
+        assert_steps(&path, &(0..steps).collect::<Vec<_>>());
+    }
+}
+
 #[test]
 fn reopening_needs_the_same_fields_and_enough_steps() {
     let folder = tempfile::tempdir().unwrap();

@@ -9,7 +9,7 @@ use hdf5::{File, Group, OpenMode};
 use super::create::{self, CLOUD, COUNTS, STEP_CONSTANTS, put_mesh};
 use super::data::{self, Cells, Constant, FieldSpec, Grid, Location, NumberType};
 use super::index;
-use crate::hdf::{cut, mend_length, put, with_file, write};
+use crate::hdf::{cut, hold_end, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
 use crate::room::{self, with_room};
@@ -125,7 +125,7 @@ impl Writer {
         steps: usize,
     ) -> Result<Self, OutputError> {
         let path = path.into();
-        mend_length(&path).map_err(|e| OutputError::io(&path, "reopening", e))?;
+        hold_end(&path).map_err(|e| OutputError::io(&path, "reopening", e))?;
         let mesh = replace::unless_busy(&path, || {
             with_file(&path, OpenMode::ReadWrite, "reopening", |file| {
                 reopen(&path, file, points, fields, steps)
