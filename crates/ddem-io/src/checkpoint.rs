@@ -1,7 +1,7 @@
 //! `checkpoint.h5`: the state of a run, with which it resumes bit for bit.
 //!
 //! ```text
-//! /         attributes format = "ddem checkpoint", version = 11, and the version of ddem
+//! /         attributes format = "ddem checkpoint", version = 12, and the version of ddem
 //! /deck     the text of the deck
 //! /run      progress of the run and its files
 //! /state    the simulation
@@ -28,7 +28,7 @@ use crate::room;
 const FORMAT: &[u8; 15] = b"ddem checkpoint";
 
 /// Version of the format, which grows when older files can no longer be read.
-const VERSION: u64 = 11;
+const VERSION: u64 = 12;
 
 /// Message about a path that is not a file.
 const FOLDER: &str = "it is a folder: give the file, such as checkpoint.h5";

@@ -1,7 +1,12 @@
 //! Opening and closing of HDF5 files, such that no file stays open after an error.
 
+mod savepoint;
+mod structure;
+
+#[cfg(test)]
+mod tests;
+
 use std::fs;
-use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::Path;
 
@@ -11,6 +16,8 @@ use hdf5::{Dataset, Extent, File, FileBuilder, Group, H5Type, Location, OpenMode
 
 use crate::output_error::OutputError;
 use crate::version::{REVISION, VERSION};
+pub use savepoint::Savepoint;
+pub(crate) use savepoint::append;
 
 /// Runs `work` on the file and closes the file with all its objects, even after an error.
 ///
@@ -55,69 +62,19 @@ fn refused(
     }
 }
 
-/// File builder. With `Earliest` as the lower bound the file has no mark "open for writing", so
-/// that it stays readable if the process dies.
+/// File builder. With `Earliest` as the lower bound the files have the format that `structure` knows, without a mark
+/// "open for writing" that would have to be removed after a kill.
 fn builder() -> FileBuilder {
     let mut builder = FileBuilder::new();
     builder.with_fapl(|access| {
         access
             .libver_bounds(LibraryVersion::Earliest, LibraryVersion::V110)
             .fclose_degree(FileCloseDegree::Strong)
-            // Room in advance would end the file later than its data, see `room`.
+            // Room in advance would be lost in each append, which opens the file anew.
             .meta_block_size(0)
             .small_data_block_size(0)
     });
     builder
-}
-
-/// Signature and version of the first block of the files that [`builder`] makes, with 8 bytes for each address.
-const SIGNATURE: &[u8; 9] = b"\x89HDF\r\n\x1a\n\0";
-const ADDRESS_BYTES: (usize, u8) = (13, 8);
-const END: Range<usize> = 40..48;
-
-/// Makes all bytes of a file part of it, as `h5clear --filesize` does.
-///
-/// HDF5 writes its index before the length of the file. A process that is killed between them would leave an index of data
-/// beyond that length, which could then neither be read nor removed. A file that is too short stays so: it is damaged.
-pub(crate) fn mend_length(path: &Path) -> std::io::Result<()> {
-    let length = fs::metadata(path)?.len();
-    change_end(path, |end| end.max(length))
-}
-
-/// Does the same and adds bytes that nothing owns.
-///
-/// HDF5 cuts a file whose last data are removed before it writes the new length into it. A process that is killed between
-/// them would leave a file that does not open. With other bytes after the data HDF5 cuts nothing.
-pub(crate) fn hold_end(path: &Path) -> std::io::Result<()> {
-    const HELD: u64 = 8;
-    let length = fs::metadata(path)?.len();
-    change_end(path, |end| if end > length { end } else { length + HELD })
-}
-
-/// Makes the bytes before `end` all of a file.
-pub(crate) fn set_end(path: &Path, end: u64) -> std::io::Result<()> {
-    change_end(path, |_| end)
-}
-
-fn change_end(path: &Path, change: impl FnOnce(u64) -> u64) -> std::io::Result<()> {
-    let mut file = fs::File::options().read(true).write(true).open(path)?;
-    let mut head = [0; END.end];
-    let length = file.metadata()?.len();
-    if length < END.end as u64 {
-        return Ok(());
-    }
-    file.read_exact(&mut head)?;
-    let (at, bytes) = ADDRESS_BYTES;
-    let known = head.starts_with(SIGNATURE) && head[at] == bytes;
-    let end = head[END].iter().rev().fold(0, |end, &byte| end << 8 | u64::from(byte));
-    let next = change(end);
-    if known && end != next {
-        // Before the end itself: a file that is shorter than its end does not open.
-        file.set_len(length.max(next))?;
-        file.seek(SeekFrom::Start(END.start as u64))?;
-        file.write_all(&next.to_le_bytes())?;
-    }
-    Ok(())
 }
 
 /// Storage of a growing dataset.
@@ -235,20 +192,6 @@ fn resize(dataset: &Dataset, shape: &[usize], rows: usize) -> hdf5::Result<()> {
             .into())
         }
     }
-}
-
-/// Cuts the dataset to its first `rows` rows.
-pub(crate) fn cut(group: &Group, name: &str, rows: usize) -> hdf5::Result<()> {
-    let dataset = group.dataset(name)?;
-    let shape = dataset.get_shape()?;
-    if shape.first().is_none_or(|&have| have < rows) {
-        let name = dataset.name();
-        return Err(format!(
-            "`{name}` ends before row {rows}: restore the file, or run the deck again"
-        )
-        .into());
-    }
-    resize(&dataset, &shape, rows)
 }
 
 /// Adds a scalar attribute.

@@ -6,7 +6,7 @@
 //! has other points at each step.
 //!
 //! Between two calls of [`Writer::append`] the file is closed. It can be viewed and copied, and it
-//! survives the end of the process. This module handles arrays without their meaning.
+//! survives the end of the process, at any moment. This module handles arrays without their meaning.
 
 mod create;
 mod data;
@@ -17,6 +17,7 @@ mod writer;
 #[cfg(test)]
 mod tests;
 
+pub use crate::hdf::Savepoint;
 pub use data::{Cells, Constant, FieldSpec, Grid, Location, NumberType};
 pub use results::{FieldValues, Results};
 pub use writer::{PointOwner, WriteRows, Writer};

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use ddem_io::OutputError;
 use ddem_io::checkpoint::{self, Checkpoint};
-use ddem_io::vtkhdf::{Cells, FieldSpec, Grid, PointOwner, Results, Writer};
+use ddem_io::vtkhdf::{Cells, FieldSpec, Grid, PointOwner, Results, Savepoint, Writer};
 use tempfile::tempdir;
 
 /// Flips one bit in every fifth byte in turn, and cuts the file in as many places.
@@ -62,14 +62,15 @@ fn fields() -> [FieldSpec; 2] {
     [FieldSpec::point("displacement", 3), FieldSpec::cell("stress", 6)]
 }
 
-/// File with a cube and two steps.
-fn cube(path: &Path) {
+/// Makes a file with a cube and two steps.
+fn cube(path: &Path) -> Savepoint {
     let points = (0..8_u32).map(|i| [f64::from(i), 0.5, -1.0]).collect();
     let grid = Grid { points, cells: Cells::Hexahedra(vec![[0, 1, 2, 3, 4, 5, 6, 7]]) };
     let mut writer = Writer::create(path, &grid, &[], &fields()).unwrap();
     for step in 1..3_u32 {
         writer.append(f64::from(step), None, &|_, _, out| out.fill(f64::from(step))).unwrap();
     }
+    writer.savepoint().unwrap()
 }
 
 /// Reads all numbers of such a file.
@@ -105,7 +106,7 @@ fn chunks(path: &Path) -> Vec<(String, u64)> {
 fn damaged_index_is_noticed() {
     let folder = tempdir().unwrap();
     let path = folder.path().join("blocks.vtkhdf");
-    cube(&path);
+    let savepoint = cube(&path);
     let (sound, whole, chunks) = (numbers(&path).unwrap(), fs::read(&path).unwrap(), chunks(&path));
     assert_eq!(chunks.len(), 4 + 3 + 2 * 8 + 2 * 2);
     let mut found = BTreeSet::new();
@@ -122,7 +123,7 @@ fn damaged_index_is_noticed() {
             Ok(all) => assert_eq!(all, sound, "{name}"),
         }
         let is_index = name.contains("/Steps/") || name.contains("/NumberOf");
-        match Writer::reopen(&path, PointOwner::Mesh, &fields(), 2) {
+        match Writer::reopen(&path, PointOwner::Mesh, &fields(), &savepoint) {
             Err(error) if is_index => tell(error),
             reopened => assert!(reopened.is_ok() && !is_index, "{name}"),
         }

@@ -175,10 +175,16 @@ fn runs_that_cannot_be_resumed() {
         checkpoint::save(&saved, deck, run, state).unwrap();
         message(path, run_in(path, Earlier::Resume))
     };
+    // A program saved its session, without files of results, in the folder of the run.
+    let alone = path.join("alone.h5");
+    let (of_folder, _) = ddem_deck::read(&path.join("deck.toml")).unwrap();
+    session(&of_folder).save(&alone).unwrap();
+    let alone = Checkpoint::load(&alone).unwrap();
     let mut found = vec![
         resume("title = 'another deck'", &run, &state),
         resume(&deck, &run[..9], &state),
         resume(&deck, &run, &state[..99]),
+        resume(&deck, &alone.run, &alone.state),
     ];
     fs::write(&saved, "text").unwrap();
     found.push(message(path, run_in(path, Earlier::Resume)));

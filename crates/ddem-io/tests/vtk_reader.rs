@@ -173,10 +173,10 @@ fn vtk_reads_blocks_after_resume() {
     let grid = cubes(5);
     let mut writer = create_blocks(&path, &grid);
     // The last two steps are later than the checkpoint and must be removed.
-    for step in [0, 1, 7, 8] {
-        append_blocks(&mut writer, step, &grid);
-    }
-    let mut writer = Writer::reopen(&path, PointOwner::Mesh, &blocks_fields(), 2).unwrap();
+    [0, 1].into_iter().for_each(|step| append_blocks(&mut writer, step, &grid));
+    let savepoint = writer.savepoint().unwrap();
+    [7, 8].into_iter().for_each(|step| append_blocks(&mut writer, step, &grid));
+    let mut writer = Writer::reopen(&path, PointOwner::Mesh, &blocks_fields(), &savepoint).unwrap();
     assert_blocks(&vtk(&python, &path), 2, &grid);
     (2..5).for_each(|step| append_blocks(&mut writer, step, &grid));
     assert_blocks(&vtk(&python, &path), 5, &grid);
@@ -248,8 +248,10 @@ fn vtk_reads_contacts() {
         append(writer, step as f64 * 0.125, (&fields, Some(points)), &values);
     };
     let mut writer = Writer::create_cloud(&path, &fields).unwrap();
-    (0..5).for_each(|step| append(&mut writer, step));
-    let mut writer = Writer::reopen(&path, PointOwner::Step, &fields, 4).unwrap();
+    (0..4).for_each(|step| append(&mut writer, step));
+    let savepoint = writer.savepoint().unwrap();
+    append(&mut writer, 4);
+    let mut writer = Writer::reopen(&path, PointOwner::Step, &fields, &savepoint).unwrap();
     (4..7).for_each(|step| append(&mut writer, step));
     let seen = vtk(&python, &path);
     let times: Vec<f64> = (0..7).map(|step| f64::from(step) * 0.125).collect();

@@ -86,7 +86,7 @@ impl<'a> Drive<'a> {
             let resumed = load_checkpoint(&folder, deck, &text, observer)?;
             let mut simulation = resumed.simulation(model, options.simd)?;
             simulation.stop_when(observer.stop_flag());
-            recorder.reopen(&folder, simulation.model(), resumed.progress.position)?;
+            recorder.reopen(&folder, simulation.model(), &resumed.progress.position)?;
             let mut resuming = Session::assemble(site, simulation, recorder, text);
             resuming.moved.cursor = resumed.progress.cursor;
             session = resuming;
@@ -262,7 +262,7 @@ fn checkpoint(
     let position = recorder.sync()?;
     let before = cursor.seconds;
     cursor.seconds += seconds;
-    let written = write_checkpoint((site, simulation), cursor, position, place, observer);
+    let written = write_checkpoint((site, simulation), cursor, &position, place, observer);
     cursor.seconds = before;
     written
 }
@@ -271,7 +271,7 @@ fn checkpoint(
 pub(super) fn write_checkpoint(
     of: (&BuiltDeck, &Simulation),
     cursor: &Cursor,
-    position: Position,
+    position: &Position,
     (folder, text): (&Folder, &str),
     observer: &mut dyn Observer,
 ) -> Result<(), OutputError> {

@@ -1,7 +1,7 @@
 //! The files that grow during a run.
 
 use std::ops::Range;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use ddem_core::{
     CONTACT_FIELDS, Energy, Field, FieldKind, FieldLocation, Fragment, Model, Simulation,
@@ -13,7 +13,7 @@ use super::mesh::{self, OutputMesh};
 use crate::OutputError;
 use crate::folder::{self, Folder};
 use crate::tables::Table;
-use crate::vtkhdf::{FieldSpec, NumberType, PointOwner, Writer};
+use crate::vtkhdf::{FieldSpec, NumberType, PointOwner, Savepoint, Writer};
 
 /// Number of leading columns of `fragments.csv` with whole numbers: number of the fragment and
 /// number of its blocks.
@@ -38,13 +38,22 @@ pub(super) struct Files {
 }
 
 /// Position in the files.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Position {
     pub(super) frames: u64,
+    /// Savepoints of the files of blocks, joints and contacts.
+    pub(super) savepoints: [Option<Savepoint>; 3],
     pub(super) probe_rows: u64,
     pub(super) energy_rows: u64,
     pub(super) fragment_rows: u64,
     pub(super) last_frame: f64,
+}
+
+impl Position {
+    /// True unless a program saved a session without files.
+    pub(super) fn has_files(&self) -> bool {
+        self.savepoints.iter().any(Option::is_some)
+    }
 }
 
 impl Files {
@@ -82,18 +91,24 @@ impl Files {
     pub(super) fn reopen(
         folder: &Folder,
         model: &Model,
-        position: Position,
+        position: &Position,
         nudge: f64,
     ) -> Result<Self, OutputError> {
-        let frames = position.frames as usize;
-        let reopen =
-            |path, points, fields: &[FieldSpec]| Writer::reopen(path, points, fields, frames);
+        let reopen = |file: usize, path: PathBuf, points, fields: &[FieldSpec]| {
+            let savepoint = position.savepoints[file].as_ref().ok_or_else(|| {
+                let message =
+                    "the checkpoint beside it was saved without this file: run from the start";
+                OutputError::unusable(&path, message)
+            })?;
+            Writer::reopen(&path, points, fields, savepoint)
+        };
         let joints = (model.n_pairs() > 0)
-            .then(|| reopen(folder.joints(), PointOwner::Mesh, &specs(model, true)));
-        let contacts =
-            model.can_meet().then(|| reopen(folder.contacts(), PointOwner::Step, &contact_specs()));
+            .then(|| reopen(1, folder.joints(), PointOwner::Mesh, &specs(model, true)));
+        let contacts = model
+            .can_meet()
+            .then(|| reopen(2, folder.contacts(), PointOwner::Step, &contact_specs()));
         Ok(Self {
-            blocks: reopen(folder.blocks(), PointOwner::Mesh, &specs(model, false))?,
+            blocks: reopen(0, folder.blocks(), PointOwner::Mesh, &specs(model, false))?,
             joints: joints.transpose()?,
             contacts: contacts.transpose()?,
             probes: Table::reopen(folder.probes(), position.probe_rows)?,
@@ -170,8 +185,14 @@ impl Files {
         self.energy.sync()?;
         self.fragments.sync()?;
         self.frames.sync()?;
+        let savepoint = |writer: &Writer| writer.savepoint();
         Ok(Position {
             frames: self.blocks.steps() as u64,
+            savepoints: [
+                Some(self.blocks.savepoint()?),
+                self.joints.as_ref().map(savepoint).transpose()?,
+                self.contacts.as_ref().map(savepoint).transpose()?,
+            ],
             probe_rows: self.probes.rows_written(),
             energy_rows: self.energy.rows_written(),
             fragment_rows: self.fragments.rows_written(),

@@ -134,7 +134,7 @@ impl Recorder {
         &mut self,
         folder: &Folder,
         model: &Model,
-        position: Position,
+        position: &Position,
     ) -> Result<(), OutputError> {
         self.files = Some(Files::reopen(folder, model, position, self.nudge)?);
         Ok(())

@@ -47,9 +47,9 @@ pub(super) struct Cursor {
 
 /// Data that a run needs besides its simulation to continue; `C` is borrowed when they are saved.
 #[derive(Serialize, Deserialize)]
-pub(super) struct SavedProgress<C = Cursor> {
+pub(super) struct SavedProgress<C = Cursor, P = Position> {
     pub(super) cursor: C,
-    pub(super) position: Position,
+    pub(super) position: P,
     /// Laws and histories that a program computes.
     computed: Vec<String>,
     /// Contents of the files that the deck names, by their paths.
@@ -84,7 +84,7 @@ pub(super) fn save(
     text: &str,
     (site, simulation): (&BuiltDeck, &Simulation),
     cursor: &Cursor,
-    position: Position,
+    position: &Position,
 ) -> Result<(), OutputError> {
     let progress = SavedProgress {
         cursor,

@@ -106,7 +106,7 @@ fn find(
         SearchNews::Trial(trial) => {
             let mut searching = searching.lock().unwrap_or_else(PoisonError::into_inner);
             searching.trial(trial, &|cursor, observer| {
-                write_checkpoint((site, simulation), cursor, position, place, observer)
+                write_checkpoint((site, simulation), cursor, &position, place, observer)
             })
         }
         _ => Continue(()),

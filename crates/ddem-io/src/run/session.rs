@@ -163,7 +163,7 @@ impl Session {
             Some((_, left)) if stamp(&folder.checkpoint()) != *left => {
                 return Err(RunFailure::Recorded { folder: path.to_owned() });
             }
-            Some((position, _)) => recorder.reopen(&folder, model, *position)?,
+            Some((position, _)) => recorder.reopen(&folder, model, position)?,
             None => recorder.create(&folder, model)?,
         }
         Ok(folder)
@@ -180,7 +180,7 @@ impl Session {
         let path = folder.path().canonicalize().unwrap_or_else(|_| folder.path().to_owned());
         let between = Cursor { step: None, ..self.moved.cursor.clone() };
         let of = (&self.moved.site, &self.moved.simulation);
-        let saved = resume::save(&folder.checkpoint(), &self.text, of, &between, position);
+        let saved = resume::save(&folder.checkpoint(), &self.text, of, &between, &position);
         self.recorded.insert(path, (position, stamp(&folder.checkpoint())));
         saved?;
         self.summary().write(folder.summary())?;
@@ -225,10 +225,11 @@ impl Session {
         let simulation = resumed.simulation(model, simd)?;
         let mut session = Self::assemble(site, simulation, recorder, text.to_owned());
         // A session from the checkpoint of a folder continues the files of that folder.
+        let position = resumed.progress.position;
         if let (Some(folder), true) = (path.parent(), path.ends_with(folder::CHECKPOINT))
-            && let Ok(folder) = folder.canonicalize()
+            && let (Ok(folder), true) = (folder.canonicalize(), position.has_files())
         {
-            session.recorded.insert(folder, (resumed.progress.position, read));
+            session.recorded.insert(folder, (position, read));
         }
         let mut cursor = resumed.progress.cursor;
         // A stage of the deck that was interrupted does not continue here.
@@ -247,7 +248,7 @@ impl Session {
     pub fn save(&self, path: &Path) -> Result<(), RunFailure> {
         let between = Cursor { step: None, ..self.moved.cursor.clone() };
         let of = (&self.moved.site, &self.moved.simulation);
-        Ok(resume::save(path, &self.text, of, &between, Position::default())?)
+        Ok(resume::save(path, &self.text, of, &between, &Position::default())?)
     }
 
     /// Summary of the run so far.

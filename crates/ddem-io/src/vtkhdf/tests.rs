@@ -78,47 +78,30 @@ fn reopened_files_forget_later_steps() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
-    (0..6).for_each(|step| append(&mut writer, step).unwrap());
-    let mut writer = Writer::reopen(&path, PointOwner::Mesh, &fields(), 2).unwrap();
+    let empty = writer.savepoint().unwrap();
+    (0..2).for_each(|step| append(&mut writer, step).unwrap());
+    let savepoint = writer.savepoint().unwrap();
+    (2..6).for_each(|step| append(&mut writer, step).unwrap());
+    let mut writer = Writer::reopen(&path, PointOwner::Mesh, &fields(), &savepoint).unwrap();
+    assert_eq!(writer.steps(), 2);
     assert_steps(&path, &[0, 1]);
     [9, 8].into_iter().for_each(|step| append(&mut writer, step).unwrap());
     assert_steps(&path, &[0, 1, 9, 8]);
-    let mut writer = Writer::reopen(&path, PointOwner::Mesh, &fields(), 0).unwrap();
+    let mut writer = Writer::reopen(&path, PointOwner::Mesh, &fields(), &empty).unwrap();
     append(&mut writer, 4).unwrap();
     assert_steps(&path, &[4]);
 }
 
-/// HDF5 would cut a file whose last steps go before it writes the new length into it.
 #[test]
-fn reopening_never_makes_a_file_shorter() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.vtkhdf");
-    let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
-    (0..200).for_each(|step| append(&mut writer, step).unwrap());
-    let length = || std::fs::metadata(&path).unwrap().len();
-    for steps in [150, 20, 20, 0] {
-        let before = length();
-        Writer::reopen(&path, PointOwner::Mesh, &fields(), steps).unwrap();
-        assert!(
-            length() >= before,
-            "{before} bytes with more than {steps} steps, then {}",
-            length()
-        );
-        assert_steps(&path, &(0..steps).collect::<Vec<_>>());
-    }
-}
-
-#[test]
-fn reopening_needs_the_same_fields_and_enough_steps() {
+fn reopening_needs_the_same_fields() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     append(&mut writer, 0).unwrap();
-    let error = Writer::reopen(&path, PointOwner::Mesh, &fields(), 2).unwrap_err().to_string();
-    assert!(error.contains("a.vtkhdf") && error.contains("has 1 step,"), "{error}");
+    let savepoint = writer.savepoint().unwrap();
     let others = [FieldSpec::point("velocity", 2), FieldSpec::cell("velocity", 3)];
     for other in others.into_iter().chain([FieldSpec::point("state", 1)]) {
-        let error = Writer::reopen(&path, PointOwner::Mesh, &[other], 1).unwrap_err();
+        let error = Writer::reopen(&path, PointOwner::Mesh, &[other], &savepoint).unwrap_err();
         assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
     }
     assert_steps(&path, &[0]);
@@ -190,7 +173,9 @@ fn other_files_and_missing_things_are_errors() {
     std::fs::write(&path, "not a mesh").unwrap();
     let error = Results::open(&path).unwrap_err();
     assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
-    assert!(Writer::reopen(&path, PointOwner::Mesh, &[], 0).is_err());
+    let other = folder.path().join("b.vtkhdf");
+    let savepoint = Writer::create(&other, &grid(), &[], &[]).unwrap().savepoint().unwrap();
+    assert!(Writer::reopen(&path, PointOwner::Mesh, &[], &savepoint).is_err());
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     append(&mut writer, 0).unwrap();
     let results = Results::open(&path).unwrap();
@@ -247,20 +232,23 @@ fn clouds_may_change_points_each_step() {
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create_cloud(&path, &cloud_fields()).unwrap();
     assert_clouds(&path, &[]);
+    let mut savepoints = vec![writer.savepoint().unwrap()];
     for step in 0..6 {
         append_cloud(&mut writer, step);
         assert_clouds(&path, &(0..=step).collect::<Vec<_>>());
+        savepoints.push(writer.savepoint().unwrap());
     }
     assert_eq!(writer.steps(), 6);
     for (steps, more) in [(4, 5), (2, 3), (1, 4), (0, 1)] {
-        let mut writer = Writer::reopen(&path, PointOwner::Step, &cloud_fields(), steps).unwrap();
+        let fields = cloud_fields();
+        let mut writer =
+            Writer::reopen(&path, PointOwner::Step, &fields, &savepoints[steps]).unwrap();
         append_cloud(&mut writer, more);
         assert_clouds(&path, &(0..steps).chain([more]).collect::<Vec<_>>());
     }
-    for (fields, steps) in [(cloud_fields().to_vec(), 2), (vec![FieldSpec::point("gap", 1)], 1)] {
-        let error = Writer::reopen(&path, PointOwner::Step, &fields, steps).unwrap_err();
-        assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
-    }
+    let other = [FieldSpec::point("gap", 1)];
+    let error = Writer::reopen(&path, PointOwner::Step, &other, &savepoints[0]).unwrap_err();
+    assert!(matches!(error, OutputError::Unusable { .. }), "{error}");
     assert!(Writer::create_cloud(&path, &[FieldSpec::cell("u", 1)]).is_err());
     let error = writer.append(0.0, None, &|_, _, _| ()).unwrap_err();
     assert!(matches!(error, OutputError::Mismatch { .. }), "{error}");
@@ -344,24 +332,44 @@ fn refused_meshes_and_fields() {
     insta::assert_snapshot!(found.join("\n"));
 }
 
-/// Messages about a file with two steps after a change of its arrays.
-fn damaged(change: impl FnOnce(&hdf5::Group), read: &dyn Fn(&std::path::Path) -> String) -> String {
+/// Message about a file with two steps after a change; `read` has its writer and its savepoint.
+fn damaged(
+    change: impl FnOnce(&std::path::Path),
+    read: &dyn Fn(Writer, Savepoint) -> String,
+) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.vtkhdf");
     let mut writer = Writer::create(&path, &grid(), &[], &fields()).unwrap();
     (0..2).for_each(|step| append(&mut writer, step).unwrap());
-    let file = hdf5::File::open_rw(&path).unwrap();
-    change(&file.group("VTKHDF").unwrap());
-    file.close().unwrap();
-    read(&path)
+    let savepoint = writer.savepoint().unwrap();
+    change(&path);
+    read(writer, savepoint)
+}
+
+/// Change of the arrays of a file.
+fn arrays(change: impl FnOnce(&hdf5::Group)) -> impl FnOnce(&std::path::Path) {
+    move |path| {
+        let file = hdf5::File::open_rw(path).unwrap();
+        change(&file.group("VTKHDF").unwrap());
+        file.close().unwrap();
+    }
 }
 
 #[test]
 fn damaged_files() {
-    let reopened =
-        |path: &std::path::Path| message(Writer::reopen(path, PointOwner::Mesh, &fields(), 2));
+    let reopen = |writer: &Writer, savepoint: &Savepoint, fields: &[FieldSpec]| {
+        message(Writer::reopen(writer.path(), PointOwner::Mesh, fields, savepoint))
+    };
+    let reopened = |writer: Writer, savepoint| reopen(&writer, &savepoint, &fields());
+    let with_others =
+        |writer: Writer, savepoint| reopen(&writer, &savepoint, &[FieldSpec::cell("u", 1)]);
+    let appended = |mut writer: Writer, _| message(append(&mut writer, 2));
+    let saved = |writer: Writer, _| message(writer.savepoint());
     let field = |name: &'static str, step| {
-        move |path: &std::path::Path| message(Results::open(path).unwrap().field(name, step))
+        move |writer: Writer, _| message(Results::open(writer.path()).unwrap().field(name, step))
+    };
+    let cut = |path: &std::path::Path| {
+        std::fs::File::options().write(true).open(path).unwrap().set_len(9000).unwrap();
     };
     let replace = |root: &hdf5::Group, name: &str, shape: &[usize]| {
         root.unlink(name).unwrap();
@@ -373,13 +381,15 @@ fn damaged_files() {
     let found = [
         damaged(|_| (), &field("pressure", 0)),
         damaged(|_| (), &field("stress", 2)),
-        damaged(|root| replace(root, "CellData/stress", &[3, 6]), &field("stress", 1)),
-        damaged(|_| (), &|path| message(Writer::reopen(path, PointOwner::Mesh, &fields(), 3))),
-        damaged(|root| root.unlink("CellData/stress").unwrap(), &reopened),
-        damaged(|root| root.unlink("Steps").unwrap(), &reopened),
-        damaged(|root| replace(root, "NumberOfPoints", &[0]), &reopened),
-        damaged(|root| replace(root, "Steps/Values", &[1]), &reopened),
-        damaged(|root| replace(root, "Steps/Values", &[2, 1, 1]), &reopened),
+        damaged(arrays(|root| replace(root, "CellData/stress", &[3, 6])), &field("stress", 1)),
+        damaged(|_| (), &with_others),
+        damaged(cut, &reopened),
+        damaged(cut, &appended),
+        damaged(cut, &saved),
+        damaged(|path| std::fs::remove_file(path).unwrap(), &appended),
+        damaged(arrays(|root| root.unlink("CellData/stress").unwrap()), &reopened),
+        damaged(arrays(|root| replace(root, "Steps/Values", &[2, 1, 1])), &reopened),
+        damaged(arrays(|root| replace(root, "Steps/Values", &[2, 1, 1])), &appended),
         message(Results::open(&text)),
         message(Results::open(folder.path().join("b.vtkhdf"))),
     ];

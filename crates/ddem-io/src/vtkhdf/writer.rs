@@ -3,16 +3,15 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use ddem_core::counted;
 use hdf5::{File, Group, OpenMode};
 
 use super::create::{self, CLOUD, COUNTS, STEP_CONSTANTS, put_mesh};
 use super::data::{self, Cells, Constant, FieldSpec, Grid, Location, NumberType};
 use super::index;
-use crate::hdf::{cut, hold_end, put, with_file, write};
+use crate::hdf::{Savepoint, append, put, with_file, write};
 use crate::output_error::OutputError;
 use crate::replace;
-use crate::room::{self, with_room};
+use crate::room;
 
 /// Numbers of a point of a cloud: its place, connectivity, offset and type.
 const POINT_NUMBERS: usize = 6;
@@ -109,29 +108,36 @@ impl Writer {
         Ok(self)
     }
 
-    /// Continues a file after its first `steps` steps and removes the later ones.
+    /// Continues a file at a savepoint of it and removes the later steps.
     ///
     /// `points` and `fields` are those with which the file was created, in the order of the later
     /// values.
     ///
     /// # Errors
     ///
-    /// [`OutputError::Unusable`] if the file has other fields or fewer steps, or is not a file of this
-    /// kind.
+    /// [`OutputError::Unusable`] if the file has other fields, ends before the savepoint, is damaged, or is
+    /// not the file of the savepoint.
     pub fn reopen(
         path: impl Into<PathBuf>,
         points: PointOwner,
         fields: &[FieldSpec],
-        steps: usize,
+        savepoint: &Savepoint,
     ) -> Result<Self, OutputError> {
         let path = path.into();
-        hold_end(&path).map_err(|e| OutputError::io(&path, "reopening", e))?;
-        let mesh = replace::unless_busy(&path, || {
-            with_file(&path, OpenMode::ReadWrite, "reopening", |file| {
-                reopen(&path, file, points, fields, steps)
-            })
+        replace::unless_busy(&path, || savepoint.roll_back(&path))?;
+        let (mesh, steps) = with_file(&path, OpenMode::Read, "reopening", |file| {
+            reopen(&path, file, points, fields)
         })?;
         Ok(Self { path, fields: fields.to_vec(), mesh, steps })
+    }
+
+    /// Savepoint after the steps so far.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Io`], or [`OutputError::Unusable`] if the file is damaged.
+    pub fn savepoint(&self) -> Result<Savepoint, OutputError> {
+        Savepoint::of(&self.path)
     }
 
     /// Adds one step at `time` `[s]`: its points `[m]`, if the step has points of its own, and the
@@ -158,10 +164,10 @@ impl Writer {
             };
             return Err(OutputError::mismatch(&self.path, message));
         }
-        let write = |file: &File| self.write(file, time, cloud.as_ref(), fill);
-        let count = |file: &File| set_steps(&file.group("VTKHDF/Steps")?, self.steps + 1);
         let room = self.room(cloud.as_ref());
-        replace::unless_busy(&self.path, || with_room(&self.path, room, &write, &count))?;
+        replace::unless_busy(&self.path, || {
+            append(&self.path, room, |file| self.write(file, time, cloud.as_ref(), fill))
+        })?;
         self.steps += 1;
         if let (MeshRows::Cloud { rows }, Some(cloud)) = (&mut self.mesh, cloud) {
             *rows += cloud.points.len();
@@ -235,7 +241,8 @@ impl Writer {
             };
             put(&steps, name, n, value)?;
         }
-        put(&steps, "Values", n, time)
+        put(&steps, "Values", n, time)?;
+        steps.attr("NSteps")?.write_scalar(&(n as i64 + 1))
     }
 }
 
@@ -277,18 +284,13 @@ fn converted<T>(
     }
 }
 
-fn set_steps(steps: &Group, n: usize) -> hdf5::Result<()> {
-    steps.attr("NSteps")?.write_scalar(&(n as i64))
-}
-
-/// Checks the file against the fields and cuts it. Returns the rows that are left.
+/// Checks the file against the fields. Returns its rows and the number of its steps.
 fn reopen(
     path: &Path,
     file: &File,
     points: PointOwner,
     fields: &[FieldSpec],
-    steps: usize,
-) -> Result<MeshRows, OutputError> {
+) -> Result<(MeshRows, usize), OutputError> {
     let unusable = |e: hdf5::Error| {
         let message = format!(
             "the file is damaged, or no VTKHDF file with time steps ({e}): restore it, or run from the start"
@@ -296,14 +298,7 @@ fn reopen(
         OutputError::unusable(path, message)
     };
     let root = file.group("VTKHDF").map_err(unusable)?;
-    let have = index::steps(&root).map_err(unusable)?;
-    if have < steps {
-        let message = format!(
-            "the file has {}, but the run to resume had written {steps}: restore it, or run from the start",
-            counted(have, "step")
-        );
-        return Err(OutputError::unusable(path, message));
-    }
+    let steps = index::steps(&root).map_err(unusable)?;
     index::verify(&root, steps).map_err(unusable)?;
     let mesh = mesh(&root, points, steps).map_err(unusable)?;
     for field in fields {
@@ -315,16 +310,13 @@ fn reopen(
             return Err(OutputError::unusable(path, message));
         }
     }
-    truncate(&root, file, mesh, fields, steps)
-        .map_err(|e| OutputError::hdf5(path, "reopening", e))?;
-    Ok(mesh)
+    Ok((mesh, steps))
 }
 
 /// Rows of a file after a number of steps.
 fn mesh(root: &Group, points: PointOwner, steps: usize) -> hdf5::Result<MeshRows> {
     let sum = |name: &str, parts: usize| -> hdf5::Result<usize> {
         let counts = index::first_rows::<i64>(&root.dataset(name)?, parts)?;
-        let counts = counts.get(..parts).ok_or_else(|| format!("`{name}` has too few entries"))?;
         let count = |n: &i64| usize::try_from(*n).map_err(|e| format!("{name}: {e}").into());
         counts.iter().map(count).sum()
     };
@@ -351,29 +343,4 @@ fn matches(root: &Group, field: &FieldSpec) -> hdf5::Result<bool> {
         NumberType::U8 => kind.is::<u8>(),
     };
     Ok(same && columns == field.components)
-}
-
-fn truncate(
-    root: &Group,
-    file: &File,
-    mesh: MeshRows,
-    fields: &[FieldSpec],
-    steps: usize,
-) -> hdf5::Result<()> {
-    let index = root.group("Steps")?;
-    // The number of steps is set first, so that it never counts a step that is missing.
-    set_steps(&index, steps)?;
-    file.flush()?;
-    if let MeshRows::Cloud { rows } = mesh {
-        ["Points", "Connectivity", "Types"].iter().try_for_each(|name| cut(root, name, rows))?;
-        cut(root, "Offsets", rows + steps)?;
-        COUNTS.iter().try_for_each(|name| cut(root, name, steps))?;
-    }
-    for field in fields {
-        let rows = mesh.first_row(field.location, steps);
-        cut(&root.group(field.location.group())?, &field.name, rows)?;
-        cut(&index.group(field.location.offsets())?, &field.name, steps)?;
-    }
-    STEP_CONSTANTS.iter().try_for_each(|(name, ..)| cut(&index, name, steps))?;
-    cut(&index, "Values", steps)
 }

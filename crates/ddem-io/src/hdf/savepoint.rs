@@ -1,0 +1,146 @@
+//! Appends to an HDF5 file that a kill cannot tear, and the way back to a former state of it.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use hdf5::OpenMode;
+use serde::{Deserialize, Serialize};
+
+use super::structure::{Block, Pages, Structure};
+use super::with_file;
+use crate::output_error::OutputError;
+use crate::replace::temporary;
+use crate::room;
+
+/// Adds to a file, for which it reserves a number of bytes.
+///
+/// HDF5 replaces its blocks in an order of its own. A process that is killed between two of them would leave an index that
+/// does not belong to its array. `work` therefore changes a copy without the data. What it has added to the copy then goes
+/// to the end of the file, and the changed blocks into it, in an order in which they always describe all former data.
+///
+/// # Errors
+///
+/// The file is as before, unless the disk itself is damaged.
+pub(crate) fn append(
+    path: &Path,
+    bytes: u64,
+    work: impl FnOnce(&hdf5::File) -> hdf5::Result<()>,
+) -> Result<(), OutputError> {
+    let io = |e| OutputError::io(path, "writing", e);
+    let file = open(path, "writing")?;
+    let mut pages = Pages::of(&file).map_err(io)?;
+    let before = Structure::read(&mut pages).map_err(|e| unreadable(path, "writing", e))?;
+    let copy = temporary(path);
+    let changed = describe(pages, before.end, &copy).map_err(io).and_then(|()| {
+        with_file(&copy, OpenMode::ReadWrite, "writing", |changed| {
+            // HDF5 does not survive a full disk. It does not know of the room: it has the file open.
+            room::reserve(&copy, bytes).map_err(io)?;
+            work(changed).map_err(|e| OutputError::hdf5(path, "writing", e))
+        })
+    });
+    let done = changed.and_then(|()| {
+        let moved = take_over(&file, &before, &copy);
+        if moved.is_err() {
+            restore(&file, &before).map_err(io)?;
+        }
+        moved.map_err(io)
+    });
+    let _ = fs::remove_file(&copy);
+    done
+}
+
+/// Makes a file of the same length with the same description and without data.
+fn describe(pages: Pages<'_>, end: u64, copy: &Path) -> io::Result<()> {
+    let file = File::create(copy)?;
+    pages.into_blocks().try_for_each(|block| put(&file, &block))?;
+    file.set_len(end)
+}
+
+/// Takes over all that a copy has in addition, and then its blocks.
+fn take_over(mut file: &File, before: &Structure, copy: &Path) -> io::Result<()> {
+    let mut copy = File::open(copy)?;
+    let mut changed = Pages::of(&copy)?;
+    let more = changed.end()?.saturating_sub(before.end);
+    let changed = before.growing.iter().map(|old| changed.block(old.at, old.bytes.len()));
+    let changed = changed.collect::<io::Result<Vec<_>>>()?;
+    // An append that was killed may have left something.
+    file.set_len(before.end)?;
+    room::allocate(file, before.end, more)?;
+    file.seek(SeekFrom::Start(before.end))?;
+    copy.seek(SeekFrom::Start(before.end))?;
+    io::copy(&mut (&copy).take(more), &mut file)?;
+    let changed = changed.iter().zip(&before.growing).filter(|(new, old)| new != old);
+    changed.map(|(new, _)| new).try_for_each(|block| put(file, block))
+}
+
+fn restore(file: &File, structure: &Structure) -> io::Result<()> {
+    structure.growing.iter().try_for_each(|block| put(file, block))?;
+    file.set_len(structure.end)
+}
+
+fn put(mut file: &File, block: &Block) -> io::Result<()> {
+    file.seek(SeekFrom::Start(block.at))?;
+    file.write_all(&block.bytes)
+}
+
+/// State of a file to which it can return after more was appended to it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Savepoint(Structure);
+
+impl Savepoint {
+    /// State of a file between two appends.
+    pub(crate) fn of(path: &Path) -> Result<Self, OutputError> {
+        let file = File::open(path).map_err(|e| OutputError::io(path, "saving", e))?;
+        let structure = Pages::of(&file).and_then(|mut pages| Structure::read(&mut pages));
+        structure.map(Self).map_err(|e| unreadable(path, "saving", e))
+    }
+
+    /// Brings a file back to this state, also after a kill in the middle of an append.
+    pub(crate) fn roll_back(&self, path: &Path) -> Result<(), OutputError> {
+        let Self(structure) = self;
+        let file = open(path, "reopening")?;
+        let length = file.metadata().map_err(|e| OutputError::io(path, "reopening", e))?.len();
+        if length < structure.end {
+            let message = format!(
+                "the file has {length} bytes, but the run to resume had written {}: restore it, or run from the start",
+                structure.end
+            );
+            return Err(OutputError::unusable(path, message));
+        }
+        let mut pages = Pages::of(&file).map_err(|e| OutputError::io(path, "reopening", e))?;
+        let mut is_same =
+            |block: &Block| pages.block(block.at, block.bytes.len()).is_ok_and(|now| now == *block);
+        if !structure.fixed.iter().all(&mut is_same) {
+            let message = "the file is damaged, or not the one that the run to resume has written: restore it, or run from \
+                           the start";
+            return Err(OutputError::unusable(path, message));
+        }
+        restore(&file, structure).map_err(|e| OutputError::io(path, "reopening", e))
+    }
+}
+
+/// Opens a file and locks it, as HDF5 does, against viewers that read it.
+fn open(path: &Path, operation: &'static str) -> Result<File, OutputError> {
+    let file = File::options().read(true).write(true).open(path);
+    let file = file.map_err(|e| OutputError::io(path, operation, e))?;
+    match file.try_lock() {
+        Err(fs::TryLockError::WouldBlock) => {
+            let (path, source) = (path.to_owned(), io::Error::from(io::ErrorKind::WouldBlock));
+            Err(OutputError::Busy { path, operation, source: source.into() })
+        }
+        // Some file systems have no locks.
+        _ => Ok(file),
+    }
+}
+
+fn unreadable(path: &Path, operation: &'static str, error: io::Error) -> OutputError {
+    match error.kind() {
+        io::ErrorKind::InvalidData => {
+            let message =
+                format!("the file is damaged ({error}): restore it, or run from the start");
+            OutputError::unusable(path, message)
+        }
+        _ => OutputError::io(path, operation, error),
+    }
+}
