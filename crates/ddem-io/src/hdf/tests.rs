@@ -79,7 +79,7 @@ impl Kind {
 /// Few points, two chunks a step of which the next step shares the last one, and clouds.
 const KINDS: [(Kind, usize); 3] = [
     (Kind { points: 12, cloud: false }, 140),
-    (Kind { points: 65_537, cloud: false }, 5),
+    (Kind { points: 65_537, cloud: false }, 3),
     (Kind { points: 700, cloud: true }, 140),
 ];
 
