@@ -73,6 +73,8 @@ fn builder() -> FileBuilder {
             // Room in advance would be lost in each append, which opens the file anew.
             .meta_block_size(0)
             .small_data_block_size(0)
+            // A kill may come between two pages of a block, but not within one. Nodes have 2096 or 2616 bytes.
+            .alignment(2048, 4096)
     });
     builder
 }
@@ -82,7 +84,8 @@ fn builder() -> FileBuilder {
 pub(crate) struct Storage {
     /// Rows of one chunk.
     pub(crate) chunk: usize,
-    /// Deflate level; `None` stores the numbers uncompressed, in chunks that never move.
+    /// Deflate level; `None` stores the numbers uncompressed. A chunk that is written again later must not be compressed:
+    /// HDF5 would move it to a place that others have left.
     pub(crate) deflate: Option<u8>,
     /// True if each chunk has a checksum. A chunk that is written again later must not have one: a kill in the middle of
     /// that would make its earlier rows unreadable.
@@ -122,8 +125,7 @@ const PIECE: usize = 512 * 1024;
 /// Writes whole rows piece by piece and ends the dataset after them. `fill` writes the numbers of
 /// the rows of a piece, counted from the first row.
 ///
-/// Pieces are whole chunks if possible, so that no chunk is packed twice. Later rows, left by an
-/// append that failed halfway, disappear.
+/// Pieces are whole chunks if possible, so that no chunk is packed twice.
 pub(crate) fn write<T>(
     group: &Group,
     name: &str,

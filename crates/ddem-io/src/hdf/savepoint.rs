@@ -7,7 +7,7 @@ use std::path::Path;
 use hdf5::OpenMode;
 use serde::{Deserialize, Serialize};
 
-use super::structure::{Block, Pages, Structure};
+use super::structure::{FileBlock, FilePages, Structure};
 use super::with_file;
 use crate::output_error::OutputError;
 use crate::replace::temporary;
@@ -16,8 +16,8 @@ use crate::room;
 /// Adds to a file, for which it reserves a number of bytes.
 ///
 /// HDF5 replaces its blocks in an order of its own. A process that is killed between two of them would leave an index that
-/// does not belong to its array. `work` therefore changes a copy without the data. What it has added to the copy then goes
-/// to the end of the file, and the changed blocks into it, in an order in which they always describe all former data.
+/// does not belong to its array. `work` therefore changes a copy without the data. The end of the copy is then added to the
+/// file, and the changed blocks replace those of the file, in an order in which all former data stay readable.
 ///
 /// # Errors
 ///
@@ -29,7 +29,7 @@ pub(crate) fn append(
 ) -> Result<(), OutputError> {
     let io = |e| OutputError::io(path, "writing", e);
     let file = open(path, "writing")?;
-    let mut pages = Pages::of(&file).map_err(io)?;
+    let mut pages = FilePages::of(&file).map_err(io)?;
     let before = Structure::read(&mut pages).map_err(|e| unreadable(path, "writing", e))?;
     let copy = temporary(path);
     let changed = describe(pages, before.end, &copy).map_err(io).and_then(|()| {
@@ -39,19 +39,13 @@ pub(crate) fn append(
             work(changed).map_err(|e| OutputError::hdf5(path, "writing", e))
         })
     });
-    let done = changed.and_then(|()| {
-        let moved = take_over(&file, &before, &copy);
-        if moved.is_err() {
-            restore(&file, &before).map_err(io)?;
-        }
-        moved.map_err(io)
-    });
+    let done = changed.and_then(|()| take_over(&file, &before, &copy).map_err(io));
     let _ = fs::remove_file(&copy);
     done
 }
 
 /// Makes a file of the same length with the same description and without data.
-fn describe(pages: Pages<'_>, end: u64, copy: &Path) -> io::Result<()> {
+fn describe(pages: FilePages<'_>, end: u64, copy: &Path) -> io::Result<()> {
     let file = File::create(copy)?;
     pages.into_blocks().try_for_each(|block| put(&file, &block))?;
     file.set_len(end)
@@ -60,26 +54,37 @@ fn describe(pages: Pages<'_>, end: u64, copy: &Path) -> io::Result<()> {
 /// Takes over all that a copy has in addition, and then its blocks.
 fn take_over(mut file: &File, before: &Structure, copy: &Path) -> io::Result<()> {
     let mut copy = File::open(copy)?;
-    let mut changed = Pages::of(&copy)?;
+    let mut changed = FilePages::of(&copy)?;
     let more = changed.end()?.saturating_sub(before.end);
     let changed = before.growing.iter().map(|old| changed.block(old.at, old.bytes.len()));
     let changed = changed.collect::<io::Result<Vec<_>>>()?;
     // An append that was killed may have left something.
     file.set_len(before.end)?;
-    room::allocate(file, before.end, more)?;
-    file.seek(SeekFrom::Start(before.end))?;
-    copy.seek(SeekFrom::Start(before.end))?;
-    io::copy(&mut (&copy).take(more), &mut file)?;
+    let added = room::allocate(file, before.end, more).and_then(|()| {
+        file.seek(SeekFrom::Start(before.end))?;
+        copy.seek(SeekFrom::Start(before.end))?;
+        let copied = io::copy(&mut (&copy).take(more), &mut file)?;
+        if copied < more { Err(io::ErrorKind::UnexpectedEof.into()) } else { Ok(()) }
+    });
+    if added.is_err() {
+        file.set_len(before.end)?;
+        return added;
+    }
     let changed = changed.iter().zip(&before.growing).filter(|(new, old)| new != old);
-    changed.map(|(new, _)| new).try_for_each(|block| put(file, block))
+    let replaced = changed.map(|(new, _)| new).try_for_each(|block| put(file, block));
+    if replaced.is_err() {
+        // The first error is the one to report.
+        let _ = restore(file, before);
+    }
+    replaced
 }
 
 fn restore(file: &File, structure: &Structure) -> io::Result<()> {
-    structure.growing.iter().try_for_each(|block| put(file, block))?;
+    structure.growing.iter().rev().try_for_each(|block| put(file, block))?;
     file.set_len(structure.end)
 }
 
-fn put(mut file: &File, block: &Block) -> io::Result<()> {
+fn put(mut file: &File, block: &FileBlock) -> io::Result<()> {
     file.seek(SeekFrom::Start(block.at))?;
     file.write_all(&block.bytes)
 }
@@ -92,7 +97,7 @@ impl Savepoint {
     /// State of a file between two appends.
     pub(crate) fn of(path: &Path) -> Result<Self, OutputError> {
         let file = File::open(path).map_err(|e| OutputError::io(path, "saving", e))?;
-        let structure = Pages::of(&file).and_then(|mut pages| Structure::read(&mut pages));
+        let structure = FilePages::of(&file).and_then(|mut pages| Structure::read(&mut pages));
         structure.map(Self).map_err(|e| unreadable(path, "saving", e))
     }
 
@@ -108,9 +113,10 @@ impl Savepoint {
             );
             return Err(OutputError::unusable(path, message));
         }
-        let mut pages = Pages::of(&file).map_err(|e| OutputError::io(path, "reopening", e))?;
-        let mut is_same =
-            |block: &Block| pages.block(block.at, block.bytes.len()).is_ok_and(|now| now == *block);
+        let mut pages = FilePages::of(&file).map_err(|e| OutputError::io(path, "reopening", e))?;
+        let mut is_same = |block: &FileBlock| {
+            pages.block(block.at, block.bytes.len()).is_ok_and(|now| now == *block)
+        };
         if !structure.fixed.iter().all(&mut is_same) {
             let message = "the file is damaged, or not the one that the run to resume has written: restore it, or run from \
                            the start";

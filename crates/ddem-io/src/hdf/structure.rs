@@ -26,12 +26,13 @@ const NOWHERE: u64 = u64::MAX;
 /// Half of the children of a node in an index of chunks [III.A.1].
 const CHUNK_ENTRIES: usize = 32;
 
-/// Number of blocks in which a damaged file, whose blocks refer to each other in a circle, is given up.
+/// Largest number and size of the blocks of a file. Those of a damaged file may refer to each other in a circle.
 const MOST_BLOCKS: usize = 2000;
+const LARGEST_BLOCK: usize = 1 << 24;
 
 /// Bytes of a file from a position on.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Block {
+pub(super) struct FileBlock {
     pub(super) at: u64,
     pub(super) bytes: Vec<u8>,
 }
@@ -42,14 +43,15 @@ pub(super) struct Structure {
     /// Length of the file by its superblock.
     pub(super) end: u64,
     /// Blocks of groups that no append changes, among them all names.
-    pub(super) fixed: Vec<Block>,
-    /// Blocks that an append may change. Replaced one after the other by their next versions, they always describe all
-    /// former data: a node comes before its children, and a group, which may count the steps, after its arrays.
-    pub(super) growing: Vec<Block>,
+    pub(super) fixed: Vec<FileBlock>,
+    /// Blocks that an append may change. A node comes before its children, and an array before its group, which may count
+    /// the steps. Whoever replaces them by later ones in this order, or by former ones in the opposite order, leaves all
+    /// data of both readable at any moment.
+    pub(super) growing: Vec<FileBlock>,
 }
 
-/// Pages of a file that have been read, because its blocks are many and small.
-pub(super) struct Pages<'a> {
+/// FilePages of a file that have been read, because its blocks are many and small.
+pub(super) struct FilePages<'a> {
     file: &'a File,
     length: u64,
     read: BTreeMap<u64, Vec<u8>>,
@@ -58,18 +60,18 @@ pub(super) struct Pages<'a> {
 /// Bytes of a page.
 const PAGE: usize = 8192;
 
-impl<'a> Pages<'a> {
+impl<'a> FilePages<'a> {
     pub(super) fn of(file: &'a File) -> io::Result<Self> {
         Ok(Self { file, length: file.metadata()?.len(), read: BTreeMap::new() })
     }
 
-    /// Pages so far, which contain all blocks so far.
-    pub(super) fn into_blocks(self) -> impl Iterator<Item = Block> {
-        self.read.into_iter().map(|(page, bytes)| Block { at: page * PAGE as u64, bytes })
+    /// FilePages so far, which contain all blocks so far.
+    pub(super) fn into_blocks(self) -> impl Iterator<Item = FileBlock> {
+        self.read.into_iter().map(|(page, bytes)| FileBlock { at: page * PAGE as u64, bytes })
     }
 
     /// Reads a block.
-    pub(super) fn block(&mut self, at: u64, size: usize) -> io::Result<Block> {
+    pub(super) fn block(&mut self, at: u64, size: usize) -> io::Result<FileBlock> {
         let end = at.checked_add(size as u64).filter(|&end| end <= self.length);
         let end = end.ok_or_else(damaged)?;
         let mut bytes = Vec::with_capacity(size);
@@ -80,7 +82,7 @@ impl<'a> Pages<'a> {
             let start = (next - page * PAGE as u64) as usize;
             bytes.extend(own[start..].iter().take((end - next) as usize));
         }
-        Ok(Block { at, bytes })
+        Ok(FileBlock { at, bytes })
     }
 
     fn page(&mut self, page: u64) -> io::Result<&[u8]> {
@@ -110,7 +112,7 @@ impl Structure {
     /// # Errors
     ///
     /// [`io::ErrorKind::InvalidData`] if the file is damaged or has another version of the format.
-    pub(super) fn read(pages: &mut Pages<'_>) -> io::Result<Self> {
+    pub(super) fn read(pages: &mut FilePages<'_>) -> io::Result<Self> {
         let superblock = pages.block(0, SUPERBLOCK)?;
         let number = |at, size| number(&superblock.bytes, at, size);
         if !superblock.bytes.starts_with(SIGNATURE) || number(SIZES, 2)? != 0x0808 {
@@ -119,8 +121,11 @@ impl Structure {
         let [leaf, node] = GROUP_ENTRIES;
         let group_entries = [number(leaf, 2)? as usize, number(node, 2)? as usize];
         let (end, root) = (number(END, 8)?, number(ROOT, 8)?);
+        if end > pages.length {
+            return Err(damaged());
+        }
         let (fixed, arrays, groups) = (Vec::new(), Vec::new(), Vec::new());
-        let mut walk = Walk { pages, group_entries, fixed, arrays, groups };
+        let mut walk = Walk { pages, group_entries, read: 0, fixed, arrays, groups };
         walk.object(root)?;
         let Walk { fixed, arrays, groups, .. } = walk;
         Ok(Self { end, fixed, growing: [vec![superblock], arrays, groups].concat() })
@@ -138,17 +143,20 @@ struct Chunks {
 
 /// Walk through the objects of a file.
 struct Walk<'a, 'b> {
-    pages: &'a mut Pages<'b>,
+    pages: &'a mut FilePages<'b>,
     /// Half of the entries of a leaf and of a node in a group.
     group_entries: [usize; 2],
-    fixed: Vec<Block>,
-    arrays: Vec<Block>,
-    groups: Vec<Block>,
+    /// Number of blocks so far.
+    read: usize,
+    fixed: Vec<FileBlock>,
+    arrays: Vec<FileBlock>,
+    groups: Vec<FileBlock>,
 }
 
 impl Walk<'_, '_> {
-    fn read(&mut self, at: u64, size: usize) -> io::Result<Block> {
-        if self.fixed.len() + self.arrays.len() + self.groups.len() > MOST_BLOCKS {
+    fn read(&mut self, at: u64, size: usize) -> io::Result<FileBlock> {
+        self.read += 1;
+        if self.read > MOST_BLOCKS || size > LARGEST_BLOCK {
             return Err(damaged());
         }
         self.pages.block(at, size)
@@ -165,7 +173,7 @@ impl Walk<'_, '_> {
         let mut header = vec![self.read(at, PREFIX + size)?];
         let (mut rows, mut chunks, mut group) = (0, None, None);
         let mut block = 0;
-        while let Some(Block { bytes, .. }) = header.get(block) {
+        while let Some(FileBlock { bytes, .. }) = header.get(block) {
             let bytes = &bytes[if block == 0 { PREFIX } else { 0 }..];
             let mut next = Vec::new();
             for (kind, data) in messages(bytes) {

@@ -87,7 +87,7 @@ impl Files {
         })
     }
 
-    /// Opens the files of an earlier run and cuts them at the position of the checkpoint.
+    /// Opens the files of an earlier run and brings them back to the position of the checkpoint.
     pub(super) fn reopen(
         folder: &Folder,
         model: &Model,

@@ -82,7 +82,7 @@ pub(super) fn room(mesh: Option<(&Grid, &[Constant<'_>])>, n_fields: usize) -> u
 
 /// Number of arrays and groups of a file beside those of its fields, and bytes of the description of each.
 const ARRAYS: usize = 16;
-const ARRAY_BYTES: usize = 4096;
+const ARRAY_BYTES: usize = 16 * 1024;
 
 /// Creates the groups of the arrays and the index of the steps; returns the group `Steps`.
 fn begin(root: &Group) -> Result<Group> {
@@ -137,13 +137,13 @@ pub(super) fn put_mesh(root: &Group, grid: &Grid, part: usize, row: usize) -> Re
 
 fn storage(rows: usize) -> Storage {
     let chunk = chunk(rows);
-    Storage { chunk, deflate: Some(DEFLATE), checksum: rows.is_multiple_of(chunk) }
+    let own = rows.is_multiple_of(chunk);
+    Storage { chunk, deflate: own.then_some(DEFLATE), checksum: own }
 }
 
 /// Number of rows of one chunk, for arrays that grow by `rows` in each step.
 ///
-/// A step should fill its chunks. A compressed chunk shared with the next step is read, decompressed and
-/// written again, and leaves a hole in the file. A small step is therefore one chunk, and a large
+/// A step should fill its chunks, so that they can be compressed. A small step is therefore one chunk, and a large
 /// step is split evenly if that is possible.
 pub(super) fn chunk(rows: usize) -> usize {
     const SMALLEST: usize = 16 * 1024;

@@ -25,12 +25,12 @@ pub(super) fn first_rows<T: H5Type + Clone>(dataset: &Dataset, rows: usize) -> R
     Ok(match (rows, dataset.ndim()) {
         (1.., 1) => dataset.read_slice_1d(..rows)?.to_vec(),
         (1.., 2) => dataset.read_slice_2d((..rows, ..))?.into_iter().collect(),
-        // Cutting such an array reports it.
+        // The next append reports such an array.
         _ => Vec::new(),
     })
 }
 
-/// Number of valid steps. An append that failed halfway, or a cut, may have left the times of more.
+/// Number of valid steps. An append that was killed may have left the times of more.
 pub(super) fn steps(root: &Group) -> Result<usize> {
     let index = root.group("Steps")?;
     let steps = index.attr("NSteps")?.read_scalar::<i64>()?;

@@ -126,7 +126,7 @@ impl Writer {
         let path = path.into();
         replace::unless_busy(&path, || savepoint.roll_back(&path))?;
         let (mesh, steps) = with_file(&path, OpenMode::Read, "reopening", |file| {
-            reopen(&path, file, points, fields)
+            verify(&path, file, points, fields)
         })?;
         Ok(Self { path, fields: fields.to_vec(), mesh, steps })
     }
@@ -285,7 +285,7 @@ fn converted<T>(
 }
 
 /// Checks the file against the fields. Returns its rows and the number of its steps.
-fn reopen(
+fn verify(
     path: &Path,
     file: &File,
     points: PointOwner,
