@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use crate::output_error::OutputError;
 
-/// Path at which the next version of a file is written. It is in the same folder, so that the
-/// rename does not cross file systems.
+/// Path of a file that will replace another one, or become a part of it. It is in the same folder, so
+/// that the rename does not cross file systems.
 pub(crate) fn temporary(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(".part");

@@ -40,6 +40,7 @@ pub(crate) fn append(
         })
     });
     let done = changed.and_then(|()| take_over(&file, &before, &copy).map_err(io));
+    // The first error is the one to report; the next append overwrites the remains.
     let _ = fs::remove_file(&copy);
     done
 }
@@ -51,7 +52,7 @@ fn describe(pages: FilePages<'_>, end: u64, copy: &Path) -> io::Result<()> {
     file.set_len(end)
 }
 
-/// Takes over all that a copy has in addition, and then its blocks.
+/// Adds the end of the copy to the file, then replaces the blocks that differ. If that fails, the file is as before.
 fn take_over(mut file: &File, before: &Structure, copy: &Path) -> io::Result<()> {
     let mut copy = File::open(copy)?;
     let mut changed = FilePages::of(&copy)?;
@@ -79,6 +80,7 @@ fn take_over(mut file: &File, before: &Structure, copy: &Path) -> io::Result<()>
     replaced
 }
 
+/// Replaces the blocks by former ones and cuts the file at its former end.
 fn restore(file: &File, structure: &Structure) -> io::Result<()> {
     structure.growing.iter().rev().try_for_each(|block| put(file, block))?;
     file.set_len(structure.end)
