@@ -119,13 +119,10 @@ pub(crate) fn growable<T: H5Type>(
     Ok(())
 }
 
-/// Largest number of values in one piece, with all components of its rows: 4 MB of doubles.
-const PIECE: usize = 512 * 1024;
-
-/// Writes whole rows piece by piece and ends the dataset after them. `fill` writes the numbers of
-/// the rows of a piece, counted from the first row.
+/// Writes whole rows chunk by chunk and ends the dataset after them. `fill` writes the numbers of the rows of a chunk,
+/// counted from the first row.
 ///
-/// Pieces are whole chunks if possible, so that no chunk is packed twice.
+/// HDF5 reads the rows of a chunk that is not in the file as zeros, so that whole chunks of zeros are not stored.
 pub(crate) fn write<T>(
     group: &Group,
     name: &str,
@@ -133,15 +130,14 @@ pub(crate) fn write<T>(
     fill: impl Fn(Range<usize>, &mut [T]) + Sync,
 ) -> hdf5::Result<()>
 where
-    T: H5Type + Default + Copy + Send + Sync,
+    T: H5Type + Default + Copy + PartialEq + Send + Sync,
 {
     let dataset = group.dataset(name)?;
     let shape = dataset.get_shape()?;
     resize(&dataset, &shape, rows.end)?;
     let columns: usize = shape[1..].iter().product();
     let chunk = dataset.chunk().and_then(|chunk| chunk.first().copied()).unwrap_or(1).max(1);
-    let most = (PIECE / columns.max(1) / chunk).max(1) * chunk;
-    let piece = |at: usize| at..rows.end.min((at / most + 1) * most);
+    let piece = |at: usize| at..rows.end.min((at / chunk + 1) * chunk);
     let filled = |piece: &Range<usize>, numbers: &mut Vec<T>| {
         numbers.resize(piece.len() * columns, T::default());
         if piece.is_empty() {
@@ -150,6 +146,9 @@ where
         fill(piece.start - rows.start..piece.end - rows.start, numbers);
     };
     let store = |piece: &Range<usize>, numbers: &[T]| -> hdf5::Result<()> {
+        if piece.len() == chunk && numbers.iter().all(|number| *number == T::default()) {
+            return Ok(());
+        }
         if shape.len() == 1 {
             return dataset.write_slice(numbers, piece.clone());
         }
@@ -161,7 +160,7 @@ where
     filled(&now, &mut numbers);
     while !now.is_empty() {
         let after = piece(now.end);
-        // One thread computes the next piece while another one writes this one.
+        // One thread computes the next chunk while another one writes this one.
         let (stored, ()) = rayon::join(|| store(&now, &numbers), || filled(&after, &mut next));
         stored?;
         std::mem::swap(&mut numbers, &mut next);
@@ -172,7 +171,7 @@ where
 }
 
 /// Writes one number and ends the dataset after it.
-pub(crate) fn put<T: H5Type + Default + Copy + Send + Sync>(
+pub(crate) fn put<T: H5Type + Default + Copy + PartialEq + Send + Sync>(
     group: &Group,
     name: &str,
     row: usize,

@@ -73,6 +73,36 @@ fn cube(path: &Path) -> Savepoint {
     writer.savepoint().unwrap()
 }
 
+/// Numbers of contacts.
+#[test]
+fn damaged_contacts_are_noticed() {
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("contacts.vtkhdf");
+    let mut writer = Writer::create_cloud(&path, &fields()[..1]).unwrap();
+    for n in [3_u32, 2000] {
+        let points = (0..n).map(|i| [f64::from(i), 0.5, -1.0]).collect();
+        writer.append(f64::from(n), Some(points), &|_, _, out| out.fill(f64::from(n))).unwrap();
+    }
+    let read = || -> Result<_, OutputError> {
+        let results = Results::open(&path)?;
+        Ok([0, 1].map(|step| (results.points(step), results.field("displacement", step))))
+    };
+    assert!(read().unwrap().iter().all(|(points, field)| points.is_ok() && field.is_ok()));
+    let (whole, chunks) = (fs::read(&path).unwrap(), chunks(&path));
+    let is_read = |name: &str| name.ends_with("/Points") || name.ends_with("/displacement");
+    let chunks: Vec<_> = chunks.into_iter().filter(|(name, _)| is_read(name)).collect();
+    assert_eq!(chunks.len(), 3 + 3 + 1);
+    for (name, place) in chunks {
+        let mut flipped = whole.clone();
+        flipped[place as usize + 8] ^= 1;
+        fs::write(&path, &flipped).unwrap();
+        let damaged = read().map_or(1, |steps| {
+            steps.iter().filter(|(points, field)| points.is_err() || field.is_err()).count()
+        });
+        assert_eq!(damaged, 1, "{name}");
+    }
+}
+
 /// Reads all numbers of such a file.
 fn numbers(path: &Path) -> Result<Vec<f64>, OutputError> {
     let results = Results::open(path)?;
@@ -108,7 +138,8 @@ fn damaged_index_is_noticed() {
     let path = folder.path().join("blocks.vtkhdf");
     let savepoint = cube(&path);
     let (sound, whole, chunks) = (numbers(&path).unwrap(), fs::read(&path).unwrap(), chunks(&path));
-    assert_eq!(chunks.len(), 4 + 3 + 2 * 8 + 2 * 2);
+    // Those of the mesh, its sizes, and two steps of times, parts, ends of the first step, and fields.
+    assert_eq!(chunks.len(), 4 + 3 + 2 * 2 + 2 + 2 * 2);
     let mut found = BTreeSet::new();
     let mut tell = |error: OutputError| {
         let folder = format!("{}/", folder.path().display());

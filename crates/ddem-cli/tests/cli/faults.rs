@@ -21,6 +21,19 @@ fn end(child: Child) -> (Option<i32>, String) {
     (output.status.code(), String::from_utf8(output.stderr).unwrap())
 }
 
+#[test]
+fn model_beyond_the_memory_is_refused_before_the_run() {
+    let desk = Desk::with(&[SHAKE]);
+    let text = String::from_utf8(desk.read("column.toml")).unwrap();
+    desk.write("huge.toml", &text.replace("[1, 1, 3]", "[400, 400, 400]"));
+    let outcome = desk.run("huge.toml --out out");
+    assert_eq!(outcome.status, Some(2), "{}", outcome.stderr);
+    let (message, _) = outcome.stderr.split_once(" [out-of-memory]").unwrap();
+    assert!(message.starts_with("error: the model needs about "), "{message}");
+    assert!(message.ends_with(": use fewer blocks or divisions"), "{message}");
+    assert!(!desk.path("out").exists());
+}
+
 /// The limit of the size of files stands for a full disk. With any limit the files of results open, and once there is
 /// room the run ends with the bits of one that always had it.
 #[test]

@@ -105,7 +105,8 @@ fn killed(desk: &Desk, arguments: &str, after: Duration) -> bool {
 }
 
 /// Kills by the system itself, which no program can notice. The moments cover the run from the start of the program
-/// to its end; in every fourth run those of the first kill lie in the first milliseconds, when files are created.
+/// to its end, and leave time for the kills that follow; in every fourth run those of the first kill lie in the first
+/// milliseconds, when files are created.
 fn killed_runs_resume(runs: u64) {
     let desk = column(&[PRESS, &SHAKE.replace("0.01", "0.1")]);
     let start = Instant::now();
@@ -115,14 +116,17 @@ fn killed_runs_resume(runs: u64) {
     let line = "column.toml --out cut --threads 1 --quiet --resume --checkpoint-every 0.05";
     let (mut random, mut kills) = (1_u64, 0);
     for run in 0..runs {
+        let mut left = length;
         for kill in 0..3 {
             random = random
                 .wrapping_mul(6_364_136_223_846_793_005)
                 .wrapping_add(1_442_695_040_888_963_407);
             let part = (random >> 40) as f64 / (1_u64 << 24) as f64;
             let first = run % 4 == 0 && kill == 0;
-            let span = if first { Duration::from_millis(60) } else { length };
-            let ended = killed(&desk, line, span.mul_f64(part));
+            let span = if first { Duration::from_millis(60) } else { left / (3 - kill) };
+            let after = span.mul_f64(part);
+            left -= after;
+            let ended = killed(&desk, line, after);
             check(&desk.path("cut"));
             kills += u64::from(!ended);
         }

@@ -136,11 +136,17 @@ impl Files {
         let time = if now > self.last_frame { now } else { self.last_frame + self.nudge };
         self.last_frame = time;
         let snapshot = simulation.snapshot();
-        for (joints, writer) in [(false, Some(&mut self.blocks)), (true, self.joints.as_mut())] {
-            let Some(writer) = writer else { continue };
+        let append = |writer: &mut Writer, joints| {
             let fields: Vec<&Field> = table(snapshot.model(), joints).collect();
-            writer.append(time, None, &|at, rows, out| snapshot.fill(fields[at], rows, out))?;
-        }
+            writer.append(time, None, &|at, rows, out| snapshot.fill(fields[at], rows, out))
+        };
+        let (blocks, joints) = (&mut self.blocks, &mut self.joints);
+        // HDF5 works for one thread at a time, while the other one computes numbers or copies bytes.
+        let (blocks, joints) = rayon::join(
+            || append(blocks, false),
+            || joints.as_mut().map_or(Ok(()), |joints| append(joints, true)),
+        );
+        blocks.and(joints)?;
         if let Some(cloud) = &mut self.contacts {
             let contacts = simulation.contacts();
             let points = contacts.iter().map(|contact| contact.position).collect();

@@ -12,9 +12,11 @@ const INDEX: Storage = Storage { chunk: 1, deflate: None, checksum: true };
 /// is enough.
 const DEFLATE: u8 = 1;
 
-/// Storage of points whose number changes. Steps share chunks, so chunks are not compressed and
-/// stay where they are.
-pub(super) const CLOUD: Storage = Storage { chunk: 4096, deflate: None, checksum: false };
+/// Storage of points whose number changes. Compression removes the rows up to the end of the last chunk of a step.
+pub(super) const CLOUD: Storage = Storage { chunk: 1024, deflate: Some(DEFLATE), checksum: true };
+
+/// Storage of the offsets of such points. VTK wants one more of them for each step, so that steps share chunks.
+const CLOUD_OFFSETS: Storage = Storage { chunk: 4096, deflate: None, checksum: false };
 
 /// Sizes of the mesh of a step.
 pub(super) const COUNTS: [&str; 3] = ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"];
@@ -41,29 +43,29 @@ pub(super) fn create(
     let root = file.create_group("VTKHDF")?;
     root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 2])?;
     word_attribute(&root, "Type", b"UnstructuredGrid")?;
-    // Arrays that are written once always have a checksum.
-    let once = |rows: usize| mesh.map_or(CLOUD, |_| Storage { checksum: true, ..storage(rows) });
+    let storage = |rows: usize| mesh.map_or(CLOUD, |_| storage(rows));
     let (points, cells, corners) = mesh
         .map_or((0, 0, 0), |(grid, _)| (grid.points.len(), grid.cells.len(), grid.cells.shape().0));
     for name in COUNTS {
         growable::<i64>(&root, name, None, INDEX)?;
     }
-    growable::<f64>(&root, "Points", Some(3), once(points))?;
-    growable::<i64>(&root, "Connectivity", None, once(corners * cells))?;
-    growable::<i64>(&root, "Offsets", None, once(cells + 1))?;
-    growable::<u8>(&root, "Types", None, once(cells))?;
+    growable::<f64>(&root, "Points", Some(3), storage(points))?;
+    growable::<i64>(&root, "Connectivity", None, storage(corners * cells))?;
+    let offsets = if mesh.is_some() { storage(cells + 1) } else { CLOUD_OFFSETS };
+    growable::<i64>(&root, "Offsets", None, offsets)?;
+    growable::<u8>(&root, "Types", None, storage(cells))?;
     let steps = begin(&root)?;
     if let Some((grid, constants)) = mesh {
         put_mesh(&root, grid, 0, 0)?;
         for Constant { name, location, values } in constants {
             let group = root.group(location.group())?;
-            growable::<i32>(&group, name, None, once(values.len()))?;
+            growable::<i32>(&group, name, None, storage(values.len()))?;
             write(&group, name, 0..values.len(), |at, out| out.copy_from_slice(&values[at]))?;
         }
     }
     for field in fields {
         let rows = mesh.map_or(0, |(grid, _)| grid.rows(field.location));
-        changing((&root, &steps), field, mesh.map_or(CLOUD, |_| storage(rows)))?;
+        changing((&root, &steps), field, storage(rows))?;
     }
     Ok(())
 }
@@ -136,21 +138,17 @@ pub(super) fn put_mesh(root: &Group, grid: &Grid, part: usize, row: usize) -> Re
 }
 
 fn storage(rows: usize) -> Storage {
-    let chunk = chunk(rows);
-    let own = rows.is_multiple_of(chunk);
-    Storage { chunk, deflate: own.then_some(DEFLATE), checksum: own }
+    Storage { chunk: chunk(rows), deflate: Some(DEFLATE), checksum: true }
 }
 
-/// Number of rows of one chunk, for arrays that grow by `rows` in each step.
-///
-/// A step should fill its chunks, so that they can be compressed. A small step is therefore one chunk, and a large
-/// step is split evenly if that is possible.
+/// Number of rows of one chunk, for arrays that grow by `rows` in each step: all, or those of a large step divided almost
+/// evenly.
 pub(super) fn chunk(rows: usize) -> usize {
-    const SMALLEST: usize = 16 * 1024;
     const LARGEST: usize = 64 * 1024;
-    if rows <= LARGEST {
-        return rows.max(1);
-    }
-    let even = (SMALLEST..=LARGEST).rev().find(|chunk| rows.is_multiple_of(*chunk));
-    even.unwrap_or_else(|| rows.div_ceil(rows.div_ceil(LARGEST)))
+    rows.div_ceil(rows.div_ceil(LARGEST).max(1)).max(1)
+}
+
+/// Number of rows from one step to the next: no chunk is written in two steps.
+pub(super) fn stride(rows: usize) -> usize {
+    rows.next_multiple_of(chunk(rows))
 }

@@ -43,8 +43,8 @@ pub enum PointOwner {
 enum MeshRows {
     /// Rows of each step.
     Fixed { points: usize, cells: usize },
-    /// Rows of all steps so far.
-    Cloud { rows: usize },
+    /// Row at which the next step begins.
+    Cloud { next: usize },
 }
 
 /// Function that writes the values of some rows of a field, one row after another; field and rows
@@ -92,7 +92,7 @@ impl Writer {
             );
             return Err(OutputError::mismatch(&path, message));
         }
-        let mesh = MeshRows::Cloud { rows: 0 };
+        let mesh = MeshRows::Cloud { next: 0 };
         Self { path, fields: fields.to_vec(), mesh, steps: 0 }.created(None)
     }
 
@@ -169,8 +169,8 @@ impl Writer {
             append(&self.path, room, |file| self.write(file, time, cloud.as_ref(), fill))
         })?;
         self.steps += 1;
-        if let (MeshRows::Cloud { rows }, Some(cloud)) = (&mut self.mesh, cloud) {
-            *rows += cloud.points.len();
+        if let (MeshRows::Cloud { next }, Some(cloud)) = (&mut self.mesh, cloud) {
+            *next += cloud.points.len().next_multiple_of(CLOUD.chunk);
         }
         Ok(())
     }
@@ -196,15 +196,12 @@ impl Writer {
 
     /// Bytes that one more step takes at most.
     fn room(&self, cloud: Option<&Grid>) -> u64 {
+        // The last chunk may be in part empty.
         let rows = |location| match self.mesh {
             MeshRows::Fixed { .. } => self.mesh.first_row(location, 1),
             MeshRows::Cloud { .. } => cloud.map_or(0, |cloud| cloud.points.len()) + CLOUD.chunk,
         };
-        let numbers = |field: &FieldSpec| {
-            let rows = rows(field.location);
-            // The last chunk may be in part empty.
-            (rows + create::chunk(rows)) * field.components
-        };
+        let numbers = |field: &FieldSpec| rows(field.location) * field.components;
         let fields: usize = self.fields.iter().map(numbers).sum();
         let points = if cloud.is_some() { POINT_NUMBERS * rows(Location::Point) } else { 0 };
         let indices = INDEX_BYTES * (self.fields.len() + COUNTS.len() + STEP_CONSTANTS.len());
@@ -226,9 +223,10 @@ impl Writer {
         }
         for (at, field) in self.fields.iter().enumerate() {
             let first = self.mesh.first_row(field.location, n);
-            let rows = match self.mesh {
-                MeshRows::Fixed { .. } => self.mesh.first_row(field.location, 1),
-                MeshRows::Cloud { .. } => cloud.map_or(0, |cloud| cloud.points.len()),
+            let rows = match (self.mesh, field.location) {
+                (MeshRows::Fixed { points, .. }, Location::Point) => points,
+                (MeshRows::Fixed { cells, .. }, Location::Cell) => cells,
+                (MeshRows::Cloud { .. }, _) => cloud.map_or(0, |cloud| cloud.points.len()),
             };
             put_field(&root, field, first..first + rows, &|rows, out| fill(at, rows, out))?;
             put(&steps.group(field.location.offsets())?, &field.name, n, first as i64)?;
@@ -237,7 +235,7 @@ impl Writer {
             let value = match (self.mesh, name) {
                 (MeshRows::Fixed { .. }, _) | (_, "NumberOfParts") => constant,
                 (_, "PartOffsets") => n as i64,
-                (MeshRows::Cloud { rows }, _) => rows as i64,
+                (MeshRows::Cloud { next }, _) => next as i64,
             };
             put(&steps, name, n, value)?;
         }
@@ -250,9 +248,9 @@ impl MeshRows {
     /// Row at which the next step begins after a number of steps.
     fn first_row(self, location: Location, steps: usize) -> usize {
         match (self, location) {
-            (Self::Fixed { points, .. }, Location::Point) => steps * points,
-            (Self::Fixed { cells, .. }, Location::Cell) => steps * cells,
-            (Self::Cloud { rows }, _) => rows,
+            (Self::Fixed { points, .. }, Location::Point) => steps * create::stride(points),
+            (Self::Fixed { cells, .. }, Location::Cell) => steps * create::stride(cells),
+            (Self::Cloud { next }, _) => next,
         }
     }
 }
@@ -315,16 +313,21 @@ fn verify(
 
 /// Rows of a file after a number of steps.
 fn mesh(root: &Group, points: PointOwner, steps: usize) -> hdf5::Result<MeshRows> {
-    let sum = |name: &str, parts: usize| -> hdf5::Result<usize> {
+    let counts = |name: &str, parts: usize| -> hdf5::Result<Vec<usize>> {
         let counts = index::first_rows::<i64>(&root.dataset(name)?, parts)?;
-        let count = |n: &i64| usize::try_from(*n).map_err(|e| format!("{name}: {e}").into());
-        counts.iter().map(count).sum()
+        let count = |n: i64| usize::try_from(n).map_err(|e| format!("{name}: {e}").into());
+        counts.into_iter().map(count).collect()
     };
     Ok(match points {
-        PointOwner::Mesh => {
-            MeshRows::Fixed { points: sum("NumberOfPoints", 1)?, cells: sum("NumberOfCells", 1)? }
+        PointOwner::Mesh => MeshRows::Fixed {
+            points: counts("NumberOfPoints", 1)?.iter().sum(),
+            cells: counts("NumberOfCells", 1)?.iter().sum(),
+        },
+        PointOwner::Step => {
+            let counts = counts("NumberOfPoints", steps)?;
+            let next = counts.iter().map(|count| count.next_multiple_of(CLOUD.chunk)).sum();
+            MeshRows::Cloud { next }
         }
-        PointOwner::Step => MeshRows::Cloud { rows: sum("NumberOfPoints", steps)? },
     })
 }
 
