@@ -65,12 +65,17 @@ cat dist/SHA256SUMS
 trial="$(mktemp --directory)"
 trap 'rm -rf "$trial"' EXIT
 
-say "trial of the Python module"
-python3 -m venv "$trial/python"
-PATH="$trial/python/bin" pip install --quiet --disable-pip-version-check --only-binary :all: "$wheel[plot]"
 sed '1,/^## Python in ten lines/d; /^## /,$d' README.md | sed -n '/^```python/,/^```/{/^```/!p}' >"$trial/ten.py"
-(cd "$trial" && PATH="$trial/python/bin" python ten.py)
-[ -s "$trial/cantilever.png" ] || fail "the ten lines of README.md drew no picture"
+# With every CPython at hand: the wheel is one for all of them.
+for python in python3 python3.{10..20}; do
+    found="$("$python" --version 2>&1)" || continue
+    say "trial of the Python module with $found"
+    "$python" -m venv "$trial/python"
+    PATH="$trial/python/bin" pip install --quiet --disable-pip-version-check --only-binary :all: "$wheel[plot]"
+    (cd "$trial" && PATH="$trial/python/bin" python ten.py)
+    [ -s "$trial/cantilever.png" ] || fail "the ten lines of README.md drew no picture"
+    rm -r "$trial/python" "$trial/cantilever.png"
+done
 
 say "trial of the program"
 tar --extract --file "dist/$name.tar.gz" --directory "$trial" --strip-components 1
