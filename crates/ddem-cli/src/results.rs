@@ -34,7 +34,7 @@ pub(crate) enum NoResults {
     },
     /// No run has completed a stage in the folder.
     #[error(
-        "`{}` has no {SUMMARY}: no run has ended a stage there [{}]",
+        "`{}` has no {SUMMARY}: no run has ended a stage there; give the folder of one that has [{}]",
         folder.display(), ErrorCode::ResultsFolder
     )]
     Nothing {
@@ -43,7 +43,7 @@ pub(crate) enum NoResults {
     },
     /// No run of a deck has begun in the folder.
     #[error(
-        "`{}` has no {STATUS}: no run of a deck has begun a stage there [{}]",
+        "`{}` has no {STATUS}: no run of a deck has begun a stage there; give the folder of one that has [{}]",
         folder.display(), ErrorCode::ResultsFolder
     )]
     NoStatus {
@@ -56,7 +56,10 @@ pub(crate) enum NoResults {
 }
 
 fn meant(near: Option<&Path>) -> String {
-    near.map_or_else(String::new, |near| format!(", did you mean `{}`?", near.display()))
+    match near {
+        Some(near) => format!(", did you mean `{}`?", near.display()),
+        None => ": give that of the results of a run".to_owned(),
+    }
 }
 
 /// Summary of the run in a folder, as text.

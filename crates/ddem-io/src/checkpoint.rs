@@ -28,7 +28,7 @@ use crate::room;
 const FORMAT: &[u8; 15] = b"ddem checkpoint";
 
 /// Version of the format, which grows when older files can no longer be read.
-const VERSION: u64 = 12;
+const VERSION: u64 = 13;
 
 /// Message about a path that is not a file.
 const FOLDER: &str = "it is a folder: give the file, such as checkpoint.h5";

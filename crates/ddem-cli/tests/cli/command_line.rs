@@ -286,8 +286,7 @@ fn info_explains_missing_results() {
     };
     let missing = "error: there is no folder `results/colum`, did you mean `results/column`? [results-folder]\n";
     assert_eq!(message("info results/colum"), missing);
-    let nothing =
-        "error: `results` has no summary.json: no run has ended a stage there [results-folder]\n";
+    let nothing = "error: `results` has no summary.json: no run has ended a stage there; give the folder of one that has [results-folder]\n";
     assert_eq!(message("info results"), nothing);
     let file = "error: `column.toml` is a file: give the folder of the results, such as `results/column` [results-folder]\n";
     assert_eq!(message("info column.toml"), file);

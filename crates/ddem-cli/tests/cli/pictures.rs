@@ -29,7 +29,8 @@ fn missing_results_folder_is_named() {
     let desk = Desk::with(&[PRESS]);
     let outcome = desk.run("plot column.tom");
     assert_eq!(outcome.status, Some(2));
-    assert_eq!(outcome.stderr, "error: there is no folder `column.tom` [results-folder]\n");
+    let missing = "error: there is no folder `column.tom`: give that of the results of a run [results-folder]\n";
+    assert_eq!(outcome.stderr, missing);
     let outcome = desk.run("plot column.toml");
     assert!(
         outcome.stderr.contains("`column.toml` is a file: give the folder"),
