@@ -67,8 +67,11 @@ trap 'rm -rf "$trial"' EXIT
 
 sed '1,/^## Python in ten lines/d; /^## /,$d' README.md | sed -n '/^```python/,/^```/{/^```/!p}' >"$trial/ten.py"
 # With every CPython at hand: the wheel is one for all of them.
+tried=""
 for python in python3 python3.{10..20}; do
     found="$("$python" --version 2>&1)" || continue
+    [[ "$tried" != *"$found;"* ]] || continue
+    tried="$tried$found;"
     say "trial of the Python module with $found"
     "$python" -m venv "$trial/python"
     PATH="$trial/python/bin" pip install --quiet --disable-pip-version-check --only-binary :all: "$wheel[plot]"
@@ -76,6 +79,7 @@ for python in python3 python3.{10..20}; do
     [ -s "$trial/cantilever.png" ] || fail "the ten lines of README.md drew no picture"
     rm -r "$trial/python" "$trial/cantilever.png"
 done
+[ -n "$tried" ] || fail "no Python starts"
 
 say "trial of the program"
 tar --extract --file "dist/$name.tar.gz" --directory "$trial" --strip-components 1

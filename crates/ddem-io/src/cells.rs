@@ -136,5 +136,6 @@ fn hexahedra(rock: &CutRock, verdicts: &[BlockVerdict], path: &Path) -> Result<(
             let (properties, factor) = (&rock.properties[cell], verdicts[cell].factor);
             *value = [properties.volume, properties.width, factor.unwrap_or(f64::NAN)][field];
         }
-    })
+    })?;
+    Ok(())
 }

@@ -1,7 +1,7 @@
 //! `checkpoint.h5`: the state of a run, with which it resumes bit for bit.
 //!
 //! ```text
-//! /         attributes format = "ddem checkpoint", version = 12, and the version of ddem
+//! /         attributes format = "ddem checkpoint", version = 13, and the version of ddem
 //! /deck     the text of the deck
 //! /run      progress of the run and its files
 //! /state    the simulation

@@ -122,7 +122,8 @@ pub(crate) fn growable<T: H5Type>(
 /// Writes whole rows chunk by chunk and ends the dataset after them. `fill` writes the numbers of the rows of a chunk,
 /// counted from the first row.
 ///
-/// HDF5 reads the rows of a chunk that is not in the file as zeros, so that whole chunks of zeros are not stored.
+/// HDF5 reads the rows of a chunk that is not in the file as zeros, so that whole chunks of zeros are not stored. Zeros
+/// there lose their sign.
 pub(crate) fn write<T>(
     group: &Group,
     name: &str,

@@ -20,4 +20,4 @@ mod tests;
 pub use crate::hdf::Savepoint;
 pub use data::{Cells, Constant, FieldSpec, Grid, Location, NumberType};
 pub use results::{FieldValues, Results};
-pub use writer::{PointOwner, WriteRows, Writer};
+pub use writer::{EarlierSteps, PointOwner, WriteRows, Writer};

@@ -138,7 +138,7 @@ fn damaged_index_is_noticed() {
     let path = folder.path().join("blocks.vtkhdf");
     let savepoint = cube(&path);
     let (sound, whole, chunks) = (numbers(&path).unwrap(), fs::read(&path).unwrap(), chunks(&path));
-    // Those of the mesh, its sizes, and two steps of times, parts, ends of the first step, and fields.
+    // Those of the mesh, its sizes, and two steps of times, parts and fields, of which the second ones begin after row 0.
     assert_eq!(chunks.len(), 4 + 3 + 2 * 2 + 2 + 2 * 2);
     let mut found = BTreeSet::new();
     let mut tell = |error: OutputError| {

@@ -62,7 +62,8 @@ pub struct Field {
     pub components: usize,
     /// Kind of the numbers.
     pub kind: FieldKind,
-    /// True if the numbers differ from place to place; those of other fields mostly repeat.
+    /// True if the numbers differ from place to place, at least where joints have failed; those of other fields
+    /// mostly repeat.
     pub dense: bool,
     fill: FillValues,
 }

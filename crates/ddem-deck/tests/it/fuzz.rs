@@ -105,6 +105,36 @@ impl Choices {
         }
     }
 
+    /// Flips, removes, adds and repeats bytes.
+    fn change_bytes(&mut self, bytes: &mut Vec<u8>) {
+        const ODD: [&[u8]; 14] = [
+            b"nan",
+            b"inf",
+            b"-",
+            b"1e308",
+            b"1e-320",
+            b"\n",
+            b",",
+            b" ",
+            b"\xff",
+            b"999999999999",
+            b"[[",
+            b"{",
+            b"'",
+            b"=",
+        ];
+        for _ in 0..self.below(5) {
+            let at = self.below(bytes.len());
+            match self.below(4) {
+                0 if !bytes.is_empty() => bytes[at] ^= 1 << self.below(8),
+                1 if self.below(4) == 0 => bytes.truncate(at),
+                1 => drop(bytes.drain(at..(at + self.below(20)).min(bytes.len()))),
+                2 => drop(bytes.splice(at..at, self.one(&ODD).iter().copied())),
+                _ => bytes.extend_from_within(at..),
+            }
+        }
+    }
+
     fn change_table(&mut self, table: &mut Table, keys: &[&str]) {
         let own: Vec<String> = table.keys().cloned().collect();
         if own.is_empty() || self.below(6) == 0 {
@@ -176,6 +206,20 @@ fn changed_decks_never_panic() {
     });
 }
 
+/// Texts are only read and checked, so that many can be tried.
+#[test]
+fn changed_texts_never_panic() {
+    try_all(|seed, text| {
+        let mut choices = Choices(seed);
+        let mut bytes = choices.one(&BASES).as_bytes().to_vec();
+        choices.change_bytes(&mut bytes);
+        *text = String::from_utf8_lossy(&bytes).into_owned();
+        if let Ok((deck, _)) = ddem_deck::parse_alone(text, "deck.toml") {
+            let _ = ddem_deck::check(&deck);
+        }
+    });
+}
+
 /// Files that a deck names: a topography in both forms, an STL surface in both forms, a table of fractures, and
 /// regions as STL, OBJ and tessellation.
 fn files() -> [(&'static str, Vec<u8>); 8] {
@@ -239,27 +283,7 @@ fn changed_files_never_panic() {
         let mut choices = Choices(seed);
         let (name, bytes) = choices.one(&files);
         let mut bytes = bytes.clone();
-        for _ in 0..choices.below(5) {
-            let at = choices.below(bytes.len());
-            let odd: [&[u8]; 10] = [
-                b"nan",
-                b"inf",
-                b"-",
-                b"1e308",
-                b"1e-320",
-                b"\n",
-                b",",
-                b" ",
-                b"\xff",
-                b"999999999999",
-            ];
-            match choices.below(4) {
-                0 if !bytes.is_empty() => bytes[at] ^= 1 << choices.below(8),
-                1 => bytes.truncate(at),
-                2 => drop(bytes.splice(at..at, choices.one(&odd).iter().copied())),
-                _ => bytes.extend_from_within(at..),
-            }
-        }
+        choices.change_bytes(&mut bytes);
         *text = format!("{name}: {:?}", String::from_utf8_lossy(&bytes));
         std::fs::write(folder.path().join(name), bytes).unwrap();
         let deck = folder.path().join("deck.toml");

@@ -17,7 +17,8 @@ use crate::room;
 ///
 /// HDF5 replaces its blocks in an order of its own. A process that is killed between two of them would leave an index that
 /// does not belong to its array. `work` therefore changes a copy without the data. The end of the copy is then added to the
-/// file, and the changed blocks replace those of the file, in an order in which all former data stay readable.
+/// file, and the changed blocks replace those of the file, in an order in which all former data stay readable. Returns the
+/// state of the file before.
 ///
 /// # Errors
 ///
@@ -26,7 +27,7 @@ pub(crate) fn append(
     path: &Path,
     bytes: u64,
     work: impl FnOnce(&hdf5::File) -> hdf5::Result<()>,
-) -> Result<(), OutputError> {
+) -> Result<Savepoint, OutputError> {
     let io = |e| OutputError::io(path, "writing", e);
     let file = open(path, "writing")?;
     let mut pages = FilePages::of(&file).map_err(io)?;
@@ -42,7 +43,7 @@ pub(crate) fn append(
     let done = changed.and_then(|()| take_over(&file, &before, &copy).map_err(io));
     // The first error is the one to report; the next append overwrites the remains.
     let _ = fs::remove_file(&copy);
-    done
+    done.map(|()| Savepoint(before))
 }
 
 /// Makes a file of the same length with the same description and without data.

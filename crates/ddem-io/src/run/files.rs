@@ -13,7 +13,7 @@ use super::mesh::{self, OutputMesh};
 use crate::OutputError;
 use crate::folder::{self, Folder};
 use crate::tables::Table;
-use crate::vtkhdf::{FieldSpec, NumberType, PointOwner, Savepoint, Writer};
+use crate::vtkhdf::{EarlierSteps, FieldSpec, NumberType, PointOwner, Savepoint, Writer};
 
 /// Number of leading columns of `fragments.csv` with whole numbers: number of the fragment and
 /// number of its blocks.
@@ -140,20 +140,23 @@ impl Files {
             let fields: Vec<&Field> = table(snapshot.model(), joints).collect();
             writer.append(time, None, &|at, rows, out| snapshot.fill(fields[at], rows, out))
         };
-        let (blocks, joints) = (&mut self.blocks, &mut self.joints);
+        let Self { blocks, joints, contacts: cloud, .. } = self;
         // HDF5 works for one thread at a time, while the other one computes numbers or copies bytes.
-        let (blocks, joints) = rayon::join(
+        let (on_blocks, on_joints) = rayon::join(
             || append(blocks, false),
-            || joints.as_mut().map_or(Ok(()), |joints| append(joints, true)),
+            || joints.as_mut().map(|joints| append(joints, true)),
         );
-        blocks.and(joints)?;
-        if let Some(cloud) = &mut self.contacts {
+        let on_cloud = cloud.as_mut().map(|cloud| {
             let contacts = simulation.contacts();
             let points = contacts.iter().map(|contact| contact.position).collect();
             cloud.append(time, Some(points), &|at, rows: Range<usize>, out: &mut [f64]| {
                 CONTACT_FIELDS[at].fill(&contacts[rows], out);
-            })?;
-        }
+            })
+        });
+        let mut appended = vec![(blocks, on_blocks)];
+        appended.extend(joints.as_mut().zip(on_joints));
+        appended.extend(cloud.as_mut().zip(on_cloud));
+        keep(appended)?;
         // This row is written at once and last, so that programs that read during the run find
         // complete frames.
         self.frames.row(stage, simulation.steps(), now, &[time])?;
@@ -205,6 +208,25 @@ impl Files {
             last_frame: self.last_frame,
         })
     }
+}
+
+/// Keeps the step that was appended to several files in all of them, or in none.
+pub(super) fn keep(
+    appended: Vec<(&mut Writer, Result<EarlierSteps, OutputError>)>,
+) -> Result<(), OutputError> {
+    let (mut complete, mut errors) = (Vec::new(), Vec::new());
+    for (writer, result) in appended {
+        match result {
+            Ok(earlier) => complete.push((writer, earlier)),
+            Err(error) => errors.push(error),
+        }
+    }
+    let Some(error) = errors.into_iter().next() else { return Ok(()) };
+    for (writer, earlier) in complete {
+        // The first error is the one to report.
+        let _ = writer.go_back(&earlier);
+    }
+    Err(error)
 }
 
 /// Time shift between frames of a relaxation `[s]`: a millionth of the shortest time between frames

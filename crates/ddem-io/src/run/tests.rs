@@ -1,13 +1,16 @@
-//! Tests of the warnings of a run, from numbers that a run may give.
+//! Tests of the warnings of a run, from numbers that a run may give, and of its files.
 
 use ddem_core::{Energy, Profile, RunError, Safety, SafetySearch, SafetyTrial, Verdict};
 use ddem_deck::{BuildProgress, Deck, Stage, StageKind};
 
 use super::RunFailure;
+use super::files::keep;
 use super::mesh::{OutputMesh, blocks, joints};
 use super::report::build;
 use super::safety::warnings;
 use super::warnings::energy_imbalance;
+use crate::OutputError;
+use crate::vtkhdf::{FieldSpec, Writer};
 
 const CUBE: &str = "
     [materials.rock]
@@ -178,4 +181,25 @@ fn fields_of_regions_name_cells_and_cuts() {
     assert_eq!(values(&blocks(&model), "cell"), [-1, 0, 1, 2, 3]);
     // No cut made the joint on the set.
     assert_eq!(values(&joints(&model), "cut"), [-1, 1]);
+}
+
+/// If one of the files cannot have a frame, the others lose it: their frames stay those of the same steps.
+#[test]
+fn frame_is_in_all_files_or_in_none() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("contacts.vtkhdf");
+    let mut cloud = Writer::create_cloud(&path, &[FieldSpec::point("force", 3)]).unwrap();
+    let append =
+        |cloud: &mut Writer| cloud.append(0.0, Some(vec![[1.0; 3]; 5]), &|_, _, out| out.fill(2.0));
+    let whole = append(&mut cloud);
+    keep(vec![(&mut cloud, whole)]).unwrap();
+    let before = std::fs::read(&path).unwrap();
+    let mut blocks = Writer::create_cloud(folder.path().join("blocks.vtkhdf"), &[]).unwrap();
+    for _ in 0..2 {
+        let appended = append(&mut cloud);
+        let full = OutputError::mismatch(&path, "the disk is full");
+        let error = keep(vec![(&mut cloud, appended), (&mut blocks, Err(full))]).unwrap_err();
+        assert!(error.to_string().contains("the disk is full"), "{error}");
+        assert!(cloud.steps() == 1 && std::fs::read(&path).unwrap() == before);
+    }
 }

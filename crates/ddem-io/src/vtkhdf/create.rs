@@ -8,15 +8,14 @@ use crate::hdf::{Storage, growable, origin, put, scalar_attribute, word_attribut
 /// Storage of scalars per step: each is a chunk of its own, which is never written again.
 const INDEX: Storage = Storage { chunk: 1, deflate: None, checksum: true };
 
-/// Deflate level. The fields that are compressed mostly repeat one value, for which the lowest level
-/// is enough.
+/// Deflate level. Most fields that are compressed repeat one value, for which the lowest level is enough.
 const DEFLATE: u8 = 1;
 
-/// Storage of points whose number changes. Compression removes the rows up to the end of the last chunk of a step.
+/// Storage of points whose number changes. Compression makes the empty end of the last chunk of a step small.
 pub(super) const CLOUD: Storage = Storage { chunk: 1024, deflate: Some(DEFLATE), checksum: true };
 
 /// Storage of the offsets of such points. VTK wants one more of them for each step, so that steps share chunks.
-const CLOUD_OFFSETS: Storage = Storage { chunk: 4096, deflate: None, checksum: false };
+pub(super) const CLOUD_OFFSETS: Storage = Storage { chunk: 4096, deflate: None, checksum: false };
 
 /// Sizes of the mesh of a step.
 pub(super) const COUNTS: [&str; 3] = ["NumberOfPoints", "NumberOfCells", "NumberOfConnectivityIds"];
@@ -43,29 +42,28 @@ pub(super) fn create(
     let root = file.create_group("VTKHDF")?;
     root.new_attr::<i64>().shape(2).create("Version")?.write_raw(&[2_i64, 2])?;
     word_attribute(&root, "Type", b"UnstructuredGrid")?;
-    let storage = |rows: usize| mesh.map_or(CLOUD, |_| storage(rows));
+    let of = |rows: usize| mesh.map_or(CLOUD, |_| storage(rows));
     let (points, cells, corners) = mesh
         .map_or((0, 0, 0), |(grid, _)| (grid.points.len(), grid.cells.len(), grid.cells.shape().0));
     for name in COUNTS {
         growable::<i64>(&root, name, None, INDEX)?;
     }
-    growable::<f64>(&root, "Points", Some(3), storage(points))?;
-    growable::<i64>(&root, "Connectivity", None, storage(corners * cells))?;
-    let offsets = if mesh.is_some() { storage(cells + 1) } else { CLOUD_OFFSETS };
-    growable::<i64>(&root, "Offsets", None, offsets)?;
-    growable::<u8>(&root, "Types", None, storage(cells))?;
+    growable::<f64>(&root, "Points", Some(3), of(points))?;
+    growable::<i64>(&root, "Connectivity", None, of(corners * cells))?;
+    growable::<i64>(&root, "Offsets", None, mesh.map_or(CLOUD_OFFSETS, |_| storage(cells + 1)))?;
+    growable::<u8>(&root, "Types", None, of(cells))?;
     let steps = begin(&root)?;
     if let Some((grid, constants)) = mesh {
         put_mesh(&root, grid, 0, 0)?;
         for Constant { name, location, values } in constants {
             let group = root.group(location.group())?;
-            growable::<i32>(&group, name, None, storage(values.len()))?;
+            growable::<i32>(&group, name, None, of(values.len()))?;
             write(&group, name, 0..values.len(), |at, out| out.copy_from_slice(&values[at]))?;
         }
     }
     for field in fields {
         let rows = mesh.map_or(0, |(grid, _)| grid.rows(field.location));
-        changing((&root, &steps), field, storage(rows))?;
+        changing((&root, &steps), field, of(rows))?;
     }
     Ok(())
 }
@@ -151,4 +149,9 @@ pub(super) fn chunk(rows: usize) -> usize {
 /// Number of rows from one step to the next: no chunk is written in two steps.
 pub(super) fn stride(rows: usize) -> usize {
     rows.next_multiple_of(chunk(rows))
+}
+
+/// The same after a step of a cloud.
+pub(super) fn cloud_stride(points: usize) -> usize {
+    points.next_multiple_of(CLOUD.chunk)
 }

@@ -26,7 +26,8 @@ fn append(writer: &mut Writer, step: usize) -> Result<(), OutputError> {
     let wholes = [values(step, 36), values(step + 100, 12), state];
     writer.append(step as f64 / 3.0, None, &|field, rows, out| {
         out.copy_from_slice(part(&wholes[field], rows, fields()[field].components));
-    })
+    })?;
+    Ok(())
 }
 
 /// Some rows of values.

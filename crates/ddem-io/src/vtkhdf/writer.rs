@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use hdf5::{File, Group, OpenMode};
 
-use super::create::{self, CLOUD, COUNTS, STEP_CONSTANTS, put_mesh};
+use super::create::{self, CLOUD, CLOUD_OFFSETS, COUNTS, STEP_CONSTANTS, put_mesh};
 use super::data::{self, Cells, Constant, FieldSpec, Grid, Location, NumberType};
 use super::index;
 use crate::hdf::{Savepoint, append, put, with_file, write};
@@ -15,6 +15,10 @@ use crate::room;
 
 /// Numbers of a point of a cloud: its place, connectivity, offset and type.
 const POINT_NUMBERS: usize = 6;
+const POINT_ARRAYS: usize = 4;
+/// Bytes that a chunk takes at most beside its numbers: its checksum, the space up to the next page, and its part of a
+/// node of the index, which is a page for at least 32 chunks.
+const CHUNK_BYTES: usize = 4096 + 256;
 /// Bytes that a step takes at most for the index of each array.
 const INDEX_BYTES: usize = 32 * 1024;
 
@@ -25,6 +29,14 @@ const INDEX_BYTES: usize = 32 * 1024;
 pub struct Writer {
     path: PathBuf,
     fields: Vec<FieldSpec>,
+    mesh: MeshRows,
+    steps: usize,
+}
+
+/// Steps of a file before one more was appended.
+#[derive(Clone, Debug)]
+pub struct EarlierSteps {
+    file: Savepoint,
     mesh: MeshRows,
     steps: usize,
 }
@@ -144,7 +156,7 @@ impl Writer {
     /// values of every field, which `fill` writes piece by piece, in order.
     ///
     /// If it fails, the file keeps the earlier steps, unless the disk itself is damaged. The same
-    /// step can be appended again.
+    /// step can be appended again. Returns the way back to the earlier steps.
     ///
     /// # Errors
     ///
@@ -155,7 +167,7 @@ impl Writer {
         time: f64,
         points: Option<Vec<[f64; 3]>>,
         fill: WriteRows<'_>,
-    ) -> Result<(), OutputError> {
+    ) -> Result<EarlierSteps, OutputError> {
         let cloud = points.map(|points| Grid { cells: Cells::Vertices(points.len()), points });
         if cloud.is_some() != matches!(self.mesh, MeshRows::Cloud { .. }) {
             let message = match self.mesh {
@@ -165,13 +177,25 @@ impl Writer {
             return Err(OutputError::mismatch(&self.path, message));
         }
         let room = self.room(cloud.as_ref());
-        replace::unless_busy(&self.path, || {
+        let file = replace::unless_busy(&self.path, || {
             append(&self.path, room, |file| self.write(file, time, cloud.as_ref(), fill))
         })?;
+        let earlier = EarlierSteps { file, mesh: self.mesh, steps: self.steps };
         self.steps += 1;
         if let (MeshRows::Cloud { next }, Some(cloud)) = (&mut self.mesh, cloud) {
-            *next += cloud.points.len().next_multiple_of(CLOUD.chunk);
+            *next += create::cloud_stride(cloud.points.len());
         }
+        Ok(earlier)
+    }
+
+    /// Removes the later steps.
+    ///
+    /// # Errors
+    ///
+    /// [`OutputError::Io`], or [`OutputError::Unusable`] if the file is damaged.
+    pub fn go_back(&mut self, earlier: &EarlierSteps) -> Result<(), OutputError> {
+        replace::unless_busy(&self.path, || earlier.file.roll_back(&self.path))?;
+        (self.mesh, self.steps) = (earlier.mesh, earlier.steps);
         Ok(())
     }
 
@@ -196,16 +220,19 @@ impl Writer {
 
     /// Bytes that one more step takes at most.
     fn room(&self, cloud: Option<&Grid>) -> u64 {
-        // The last chunk may be in part empty.
-        let rows = |location| match self.mesh {
-            MeshRows::Fixed { .. } => self.mesh.first_row(location, 1),
-            MeshRows::Cloud { .. } => cloud.map_or(0, |cloud| cloud.points.len()) + CLOUD.chunk,
+        // Of columns and arrays; the last chunk may be in part empty.
+        let bytes = |columns: usize, arrays: usize, location| {
+            let rows = self.mesh.rows(location, cloud);
+            let (rows, chunk) = match self.mesh {
+                MeshRows::Fixed { .. } => (create::stride(rows), create::chunk(rows)),
+                MeshRows::Cloud { .. } => (rows + CLOUD_OFFSETS.chunk, CLOUD.chunk),
+            };
+            size_of::<f64>() * columns * rows + CHUNK_BYTES * arrays * rows.div_ceil(chunk)
         };
-        let numbers = |field: &FieldSpec| rows(field.location) * field.components;
-        let fields: usize = self.fields.iter().map(numbers).sum();
-        let points = if cloud.is_some() { POINT_NUMBERS * rows(Location::Point) } else { 0 };
+        let fields = self.fields.iter().map(|field| bytes(field.components, 1, field.location));
+        let points = cloud.map_or(0, |_| bytes(POINT_NUMBERS, POINT_ARRAYS, Location::Point));
         let indices = INDEX_BYTES * (self.fields.len() + COUNTS.len() + STEP_CONSTANTS.len());
-        (size_of::<f64>() * (fields + points) + indices) as u64
+        (fields.sum::<usize>() + points + indices) as u64
     }
 
     fn write(
@@ -223,11 +250,7 @@ impl Writer {
         }
         for (at, field) in self.fields.iter().enumerate() {
             let first = self.mesh.first_row(field.location, n);
-            let rows = match (self.mesh, field.location) {
-                (MeshRows::Fixed { points, .. }, Location::Point) => points,
-                (MeshRows::Fixed { cells, .. }, Location::Cell) => cells,
-                (MeshRows::Cloud { .. }, _) => cloud.map_or(0, |cloud| cloud.points.len()),
-            };
+            let rows = self.mesh.rows(field.location, cloud);
             put_field(&root, field, first..first + rows, &|rows, out| fill(at, rows, out))?;
             put(&steps.group(field.location.offsets())?, &field.name, n, first as i64)?;
         }
@@ -247,10 +270,18 @@ impl Writer {
 impl MeshRows {
     /// Row at which the next step begins after a number of steps.
     fn first_row(self, location: Location, steps: usize) -> usize {
+        match self {
+            Self::Fixed { .. } => steps * create::stride(self.rows(location, None)),
+            Self::Cloud { next } => next,
+        }
+    }
+
+    /// Rows of a step.
+    fn rows(self, location: Location, cloud: Option<&Grid>) -> usize {
         match (self, location) {
-            (Self::Fixed { points, .. }, Location::Point) => steps * create::stride(points),
-            (Self::Fixed { cells, .. }, Location::Cell) => steps * create::stride(cells),
-            (Self::Cloud { next }, _) => next,
+            (Self::Fixed { points, .. }, Location::Point) => points,
+            (Self::Fixed { cells, .. }, Location::Cell) => cells,
+            (Self::Cloud { .. }, _) => cloud.map_or(0, |cloud| cloud.points.len()),
         }
     }
 }
@@ -325,8 +356,7 @@ fn mesh(root: &Group, points: PointOwner, steps: usize) -> hdf5::Result<MeshRows
         },
         PointOwner::Step => {
             let counts = counts("NumberOfPoints", steps)?;
-            let next = counts.iter().map(|count| count.next_multiple_of(CLOUD.chunk)).sum();
-            MeshRows::Cloud { next }
+            MeshRows::Cloud { next: counts.into_iter().map(create::cloud_stride).sum() }
         }
     })
 }
