@@ -34,6 +34,7 @@ fn command_lines_are_refused_with_codes() {
         "--bogus",
         "info",
         "info result",
+        "info elsewhere",
         "info column.toml",
         "info results",
         "run column.toml",
