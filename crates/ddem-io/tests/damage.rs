@@ -73,7 +73,7 @@ fn cube(path: &Path) -> Savepoint {
     writer.savepoint().unwrap()
 }
 
-/// Numbers of contacts.
+/// Readers notice a flipped bit in the points and the fields of contacts.
 #[test]
 fn damaged_contacts_are_noticed() {
     let folder = tempdir().unwrap();

@@ -15,6 +15,7 @@ use crate::room;
 
 /// Numbers of a point of a cloud: its place, connectivity, offset and type.
 const POINT_NUMBERS: usize = 6;
+/// Arrays of these numbers.
 const POINT_ARRAYS: usize = 4;
 /// Bytes that a chunk takes at most beside its numbers: its checksum, the space up to the next page, and its part of a
 /// node of the index, which is a page for at least 32 chunks.
@@ -188,7 +189,7 @@ impl Writer {
         Ok(earlier)
     }
 
-    /// Removes the later steps.
+    /// Removes the steps after the earlier ones.
     ///
     /// # Errors
     ///
@@ -220,7 +221,7 @@ impl Writer {
 
     /// Bytes that one more step takes at most.
     fn room(&self, cloud: Option<&Grid>) -> u64 {
-        // Of columns and arrays; the last chunk may be in part empty.
+        // Bytes of some arrays with some columns in all. The last chunk may be in part empty.
         let bytes = |columns: usize, arrays: usize, location| {
             let rows = self.mesh.rows(location, cloud);
             let (rows, chunk) = match self.mesh {
