@@ -45,6 +45,8 @@ def cases() -> dict[str, tuple[str, str, int]]:
     # The first stage breaks the joints.
     broken = decks.lattice(8, strength=WEAK) + decks.torn(8) + decks.stepping(2e-4, "tears")
     add("broken, 64000 nodes", broken, *stages, (1,))
+    stages = decks.stepping(0.01), decks.stepping(SHORT * 0.01)
+    add("breaking springs, 27000 blocks", decks.springs(30), *stages, (1, 2))
     relaxation = decks.lattice(20, divisions=2, gravity=-9.81, floor=True)
     add("relaxation, 216000 nodes", relaxation, decks.relaxing(200), decks.relaxing(4), (1, 2))
     return found

@@ -41,6 +41,31 @@ joint = 'seam'
 {held}"""
 
 
+def springs(count: int) -> str:
+    """Cubes of a metre with one division that meet in contact. Their joints are springs, which break
+    under the weight."""
+    return f"""
+[model]
+gravity = [6, 1, -9.81]
+{ROCK}
+[joints.seam]
+normal_stiffness = 2e10
+shear_stiffness = 1e10
+friction = 30
+cohesion = 1e4
+tension = 1e4
+[[blocks]]
+size = {[count] * 3}
+count = {[count] * 3}
+divisions = 1
+material = 'rock'
+joint = 'seam'
+[[fix]]
+where = {{ z = 0.0 }}
+axes = 'xyz'
+"""
+
+
 def stepping(duration: float, name: str = "steps") -> str:
     """Dynamic stage with damping."""
     return f"""

@@ -8,7 +8,7 @@
 //! To read the method in the source, begin with `step/mod.rs`: one explicit step in its order. Then
 //! read
 //!
-//! - `force/block.rs` and `force/joint.rs`, the elastic forces, with `element/lattice.rs` of
+//! - `force/block.rs` and `force/joint/mod.rs`, the elastic forces, with `element/lattice.rs` of
 //!   `ddem-mechanics`;
 //! - `law/` of `ddem-mechanics`, the strength of joints;
 //! - `broken/` of `ddem-joint`, the state of joints that fail;

@@ -6,10 +6,10 @@ use fearless_simd_macros::simd;
 
 use ddem_mechanics::element::corotation::{Frame, mean_rotation, minus_one};
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, shifted, splat, store_at, sub,
-    times, transposed_times, zero,
+    LANES, Lanes, Matrix, Vector, add, cross, load, scale, shifted, splat, sub, times,
+    transposed_times, zero,
 };
-use ddem_mesh::numbering::{BlockPart, NodePair, Slots};
+use ddem_mesh::numbering::{BlockPart, Slots};
 use ddem_mesh::pack::{JointLattice, LaneRun, Neighbours, Packs};
 use ddem_mesh::parallel::node_start;
 
@@ -45,7 +45,7 @@ impl<'a> NodePositions<'a> {
 #[derive(Clone, Copy)]
 pub struct LocalFrame<S: Simd> {
     /// Rotation R from the frame to global axes.
-    pub rotation: Matrix<S>,
+    rotation: Matrix<S>,
     /// Mean displacement ū; any constant will do for the forces.
     mean: Vector<S>,
     /// Change `(Rᵀ − 1) h_d` of the edge of an element along each direction.
@@ -68,21 +68,34 @@ impl<S: Simd> LocalFrame<S> {
 }
 
 /// Displacements of the nodes of blocks, one block in each lane.
-trait NodeSource<S: Simd> {
+pub(super) trait NodeSource<S: Simd> {
     /// Displacement of a node, by its number in the block `[m]`.
     fn displacement(&self, simd: S, node: usize) -> Vector<S>;
 }
 
 /// Blocks in four lanes in order, of one pack or of two.
-struct Ordered<'a, const SHIFT: usize> {
-    low: &'a [[Lanes; 3]],
-    high: &'a [[Lanes; 3]],
+pub(super) struct Ordered<'a, const SHIFT: usize> {
+    pub(super) low: &'a [[Lanes; 3]],
+    pub(super) high: &'a [[Lanes; 3]],
 }
 
 /// Blocks in any lanes.
-struct Scattered<'a> {
+pub(super) struct Scattered<'a> {
     blocks: [&'a [[Lanes; 3]]; LANES],
     lanes: [usize; LANES],
+}
+
+impl<'a> Scattered<'a> {
+    /// Neighbours of a pack; a lane without a neighbour takes its own block.
+    pub(super) fn new(moved: &NodePositions<'a>, index: usize, neighbours: &Neighbours) -> Self {
+        let (mut blocks, mut lanes) = ([moved.nodes(index); LANES], [0, 1, 2, 3]);
+        for lane in 0..LANES {
+            if let Some((pack, there)) = neighbours.at(lane) {
+                (blocks[lane], lanes[lane]) = (moved.nodes(pack), there);
+            }
+        }
+        Self { blocks, lanes }
+    }
 }
 
 impl<S: Simd, const SHIFT: usize> NodeSource<S> for Ordered<'_, SHIFT> {
@@ -118,22 +131,49 @@ pub fn joint_displacements<S: Simd>(
     edges: &[[Lanes; 3]; 3],
     local: &mut [Lanes],
 ) -> Option<Matrix<S>> {
+    let (Some(frame), Some(rotation)) = (moved.frame(at.pack), joint_rotation(simd, moved, at))
+    else {
+        displacements_in(simd, moved, at, None, local);
+        return None;
+    };
+    let frame = LocalFrame::new(simd, rotation, &frame.mean, edges);
+    displacements_in(simd, moved, at, Some(&frame), local);
+    Some(rotation)
+}
+
+/// Rotation of the frame of a joint lattice to global axes, the mean of those of its blocks; `None`
+/// for small displacements.
+#[inline(always)]
+pub fn joint_rotation<S: Simd>(
+    simd: S,
+    moved: &NodePositions<'_>,
+    at: JointLattice,
+) -> Option<Matrix<S>> {
+    let frame = moved.frame(at.pack)?;
+    let pack = &moved.packs.packs[at.pack];
+    let parts = &moved.packs.numbering_of(pack).parts[at.offset];
+    let mut sum = frame.matrix(simd);
+    for part in &parts[1..] {
+        let other = rotation(simd, moved, frame, &pack.upper[part.offset]);
+        sum = [add(sum[0], other[0]), add(sum[1], other[1]), add(sum[2], other[2])];
+    }
+    Some(mean_rotation(simd, &sum, parts.len() as f64))
+}
+
+/// Writes the displacements of the nodes of a joint lattice, in a frame, to `local`.
+#[inline(always)]
+fn displacements_in<S: Simd>(
+    simd: S,
+    moved: &NodePositions<'_>,
+    at: JointLattice,
+    frame: Option<&LocalFrame<S>>,
+    local: &mut [Lanes],
+) {
     let JointLattice { pack: index, offset } = at;
     let pack = &moved.packs.packs[index];
-    let parts = &moved.packs.numbering_of(pack).parts[offset];
-    let frame = moved.frame(index).map(|frame| {
-        let mut sum = frame.matrix(simd);
-        for part in &parts[1..] {
-            let other = rotation(simd, moved, frame, &pack.upper[part.offset]);
-            sum = [add(sum[0], other[0]), add(sum[1], other[1]), add(sum[2], other[2])];
-        }
-        let rotation = mean_rotation(simd, &sum, parts.len() as f64);
-        LocalFrame::new(simd, rotation, &frame.mean, edges)
-    });
-    let frame = frame.as_ref();
     let local = local.as_chunks_mut::<3>().0;
     let own = LaneRun::of(index);
-    for part in parts {
+    for part in &moved.packs.numbering_of(pack).parts[offset] {
         let neighbours = &pack.upper[part.offset];
         let run = if part.offset == 0 { Some(&own) } else { neighbours.in_order() };
         match run {
@@ -141,7 +181,6 @@ pub fn joint_displacements<S: Simd>(
             None => scattered_displacements(simd, moved, frame, index, neighbours, part, local),
         }
     }
-    frame.map(|frame| frame.rotation)
 }
 
 /// Writes the displacements of the nodes of four blocks, in a frame, to `local`; see
@@ -164,8 +203,8 @@ pub fn ordered_displacements<S: Simd>(
     }
 }
 
-/// Writes the displacements of the nodes of the neighbours of a pack in any lanes; a lane without a
-/// neighbour takes its own block.
+/// Writes the displacements of the nodes of the neighbours of a pack in any lanes, in a frame, to
+/// `local`.
 #[simd]
 fn scattered_displacements<S: Simd>(
     simd: S,
@@ -176,13 +215,8 @@ fn scattered_displacements<S: Simd>(
     part: &BlockPart,
     local: &mut [[Lanes; 3]],
 ) {
-    let (mut blocks, mut lanes) = ([moved.nodes(index); LANES], [0, 1, 2, 3]);
-    for lane in 0..LANES {
-        if let Some((pack, there)) = neighbours.at(lane) {
-            (blocks[lane], lanes[lane]) = (moved.nodes(pack), there);
-        }
-    }
-    transform(simd, frame, &Scattered { blocks, lanes }, part, local);
+    let source = Scattered::new(moved, index, neighbours);
+    transform(simd, frame, &source, part, local);
 }
 
 /// Converts displacements to those in a frame.
@@ -313,21 +347,4 @@ fn rotation<S: Simd>(
         }
     }
     out
-}
-
-/// Converts displacements of the corners of a face to those at the centres of its quarters. Pairs
-/// between rigid blocks lie there (§8, eq. (1)). Forces at these points are converted to the
-/// corners by the same weights, 9/16, 3/16, 3/16 and 1/16.
-#[simd]
-pub fn to_quarters<S: Simd>(simd: S, node_pairs: Option<&[NodePair]>, field: &mut [Lanes]) {
-    let Some(node_pairs) = node_pairs else { return };
-    for side in 0..2 {
-        let corner: [usize; 4] = std::array::from_fn(|p| 3 * node_pairs[p].sides[side]);
-        let old = corner.map(|at| load_at(simd, field, at));
-        for (p, at) in corner.into_iter().enumerate() {
-            let beside = add(old[p ^ 1], old[p ^ 2]);
-            let sum = add(scale(old[p], splat(simd, 9.0)), scale(beside, splat(simd, 3.0)));
-            store_at(field, at, scale(add(sum, old[p ^ 3]), splat(simd, 1.0 / 16.0)));
-        }
-    }
 }

@@ -62,6 +62,8 @@ pub struct Assembly {
     pub inertia: Vec<Inertia>,
     /// Tables of each pack, for its blocks (0) and its joint lattices (1…7).
     pub pack_tables: Vec<[u32; 8]>,
+    /// True for the offsets of upper neighbours on which any joint exerts forces.
+    pub loaded_neighbours: [bool; 8],
     /// Index of the inertia of each pack.
     pub pack_inertia: Vec<u32>,
     /// Mass properties of the rigid blocks, for each rigid pack; lanes without a block repeat the
@@ -149,8 +151,7 @@ impl Assembly {
         }
         let of = |lane: usize| lanes[lane].map(|e| &self.elements[e as usize]);
         let table = ElementTable::new(std::array::from_fn(|l| of(l).map(|e| &e.modal)), is_box);
-        // Lanes without an element take the edges of an existing one; any edges with a volume will
-        // do.
+        // Lanes without an element may take any edges with a volume.
         let shape = |lane: usize| of(lane).unwrap_or(&self.elements[*first as usize]);
         let edges = std::array::from_fn(|d| {
             std::array::from_fn(|k| Lanes(std::array::from_fn(|lane| shape(lane).edges[d][k])))
@@ -166,8 +167,7 @@ impl Assembly {
         self.tables.len() as u32 - 1
     }
 
-    /// Removes the joint elements of rigid blocks. Their joints are springs, and only the mass of
-    /// their layers counts.
+    /// Removes the joint elements of rigid blocks, of which only the mass counts.
     fn remove_joint_elements(&mut self, packs: &Packs) {
         for (tables, _) in self.pack_tables.iter_mut().zip(&packs.packs).filter(|(_, p)| p.rigid) {
             tables[1..].fill(NO_TABLE);
@@ -228,6 +228,7 @@ impl Assembly {
             }));
         }
         self.remove_joint_elements(packs);
+        self.loaded_neighbours = sections.loaded_neighbours(&self.pack_tables);
     }
 }
 

@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::assembly::NO_TABLE;
 use crate::numbering::NodePair;
 use crate::pack::{Pack, Packs};
 use crate::properties::Properties;
@@ -82,6 +83,22 @@ impl JointSections {
     #[inline(always)]
     pub fn get(&self, pack: usize, direction: usize) -> Option<&JointSection> {
         self.kinds.get(self.of_pack[pack][direction] as usize)
+    }
+
+    /// Upper neighbours, by offset, on which springs or elements of joints exert forces. `tables` has
+    /// the tables of the elements of each pack.
+    pub(crate) fn loaded_neighbours(&self, tables: &[[u32; 8]]) -> [bool; 8] {
+        let mut acts = [false; 8];
+        for (index, tables) in tables.iter().enumerate() {
+            for (acts, &table) in acts.iter_mut().zip(tables).skip(1) {
+                *acts |= table != NO_TABLE;
+            }
+            (0..3).for_each(|d| acts[1 << d] |= self.get(index, d).is_some());
+        }
+        // A lattice lies between its own block and those at all subsets of its offset.
+        std::array::from_fn(|offset| {
+            (1..8).any(|lattice| acts[lattice] && lattice & offset == offset)
+        })
     }
 }
 

@@ -103,6 +103,10 @@ impl BlockPart {
 pub struct NodePair {
     /// Indices of the nodes on sides a and b in the joint lattice.
     pub sides: [usize; 2],
+    /// Numbers of these nodes in their blocks.
+    pub in_blocks: [usize; 2],
+    /// Slot of the force on side b in the owner's neighbour forces.
+    pub in_neighbour_forces: usize,
     /// Elements of the joint lattice that contain the pair; only the first `count` are valid.
     elements: [u32; 4],
     count: u8,
@@ -157,8 +161,8 @@ impl BlockNumbering {
             divisions,
             nodes: n * n * n,
             joints,
+            pairs: [0, 1, 2].map(|d| pair_places(divisions, d, &parts[1 << d])),
             parts,
-            pairs: [0, 1, 2].map(|d| pair_places(divisions, d)),
             neighbour_forces: before(8) + 7,
         }
     }
@@ -180,28 +184,34 @@ impl BlockNumbering {
     }
 }
 
+/// Nodes of a part of a lattice: their slots in the lattice, in the block and in the neighbour
+/// forces.
+fn slots(part: &BlockPart) -> impl Iterator<Item = [usize; 3]> {
+    let all = [part.in_lattice, part.in_block, part.in_neighbour_forces];
+    part.rows().flat_map(move |[j, k]| {
+        (0..part.count[0]).map(move |i| all.map(|slots| slots.row(j, k) + i * slots.step[0]))
+    })
+}
+
 /// Nodes of a joint lattice, x fastest.
 fn joint_nodes(parts: &[BlockPart]) -> Vec<JointNode> {
     let nodes = parts.iter().map(|part| part.count.iter().product::<usize>()).sum();
     let mut list = vec![JointNode { offset: 0, local: 0 }; nodes];
     for part in parts {
-        for [j, k] in part.rows() {
-            for i in 0..part.count[0] {
-                let local = part.in_block.row(j, k) + i * part.in_block.step[0];
-                let slot = part.in_lattice.row(j, k) + i * part.in_lattice.step[0];
-                list[slot] = JointNode { offset: part.offset, local };
-            }
+        for [slot, local, _] in slots(part) {
+            list[slot] = JointNode { offset: part.offset, local };
         }
     }
     list
 }
 
-fn pair_places(divisions: usize, d: usize) -> Vec<NodePair> {
+/// Pairs of the face joint across a direction, whose nodes lie in two `parts`.
+fn pair_places(divisions: usize, d: usize, parts: &[BlockPart]) -> Vec<NodePair> {
     let [e, f] = [(d + 1) % 3, (d + 2) % 3];
     let dims = [0, 1, 2].map(|axis| if axis == d { 1 } else { divisions });
     let node = |at: [usize; 3]| at[0] + (dims[0] + 1) * (at[1] + (dims[1] + 1) * at[2]);
     let element = |at: [usize; 3]| at[0] + dims[0] * (at[1] + dims[1] * at[2]);
-    let slot = |i: usize, k: usize| {
+    let pair = |i: usize, k: usize| {
         let on_face = |i, k| moved_to(moved_to([0; 3], e, i), f, k);
         let at = on_face(i, k);
         let (mut elements, mut count) = ([0; 4], 0);
@@ -212,12 +222,47 @@ fn pair_places(divisions: usize, d: usize) -> Vec<NodePair> {
                 count += 1;
             }
         }
-        NodePair { sides: [node(at), node(moved_to(at, d, 1))], elements, count: count as u8 }
+        let sides = [node(at), node(moved_to(at, d, 1))];
+        let in_block = |side: usize| {
+            let found = slots(&parts[side]).find(|[slot, ..]| *slot == sides[side]);
+            found.unwrap_or_default()
+        };
+        let ([_, own, _], [_, other, force]) = (in_block(0), in_block(1));
+        NodePair {
+            sides,
+            in_blocks: [own, other],
+            in_neighbour_forces: force,
+            elements,
+            count: count as u8,
+        }
     };
     let lines = 0..=divisions;
     lines
         .clone()
         .flat_map(|k| lines.clone().map(move |i| (i, k)))
-        .map(|(i, k)| slot(i, k))
+        .map(|(i, k)| pair(i, k))
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pairs name the same nodes as their lattice, and every neighbour force of a face once.
+    #[test]
+    fn pairs_have_the_slots_of_their_nodes() {
+        for (divisions, d) in (1..=4).flat_map(|n| (0..3).map(move |d| (n, d))) {
+            let numbering = BlockNumbering::new(divisions);
+            let nodes = &numbering.joints[1 << d];
+            for pair in &numbering.pairs[d] {
+                let found = pair.sides.map(|side| (nodes[side].offset, nodes[side].local));
+                assert_eq!(found, [(0, pair.in_blocks[0]), (1 << d, pair.in_blocks[1])]);
+            }
+            let mut forces: Vec<_> =
+                numbering.pairs[d].iter().map(|pair| pair.in_neighbour_forces).collect();
+            forces.sort_unstable();
+            let first = numbering.upper_part(1 << d).in_neighbour_forces.first;
+            assert_eq!(forces, Vec::from_iter(first..first + (divisions + 1).pow(2)));
+        }
+    }
 }

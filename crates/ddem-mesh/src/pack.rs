@@ -17,8 +17,8 @@ use std::sync::Arc;
 
 use crate::numbering::BlockNumbering;
 use crate::{Geometry, Lattice};
-use ddem_mechanics::math::lanes::{LANES, Lanes, Vector, shifted, splat};
-use fearless_simd::{Simd, SimdBase, mask64x4};
+use ddem_mechanics::math::lanes::{LANES, Vector, mask_of, shifted};
+use fearless_simd::{Simd, mask64x4};
 
 /// Marker for a lane without a neighbour.
 const NOBODY: u32 = u32::MAX;
@@ -68,8 +68,7 @@ impl LaneRun {
     /// True in the lanes that have a neighbour.
     #[inline(always)]
     pub fn mask<S: Simd>(&self, simd: S) -> mask64x4<S> {
-        let present = Lanes(self.present.map(|present| f64::from(u8::from(present))));
-        present.load(simd).simd_gt(splat(simd, 0.0))
+        mask_of(simd, self.present)
     }
 
     /// Run of which `slots` are those present, if they follow each other.

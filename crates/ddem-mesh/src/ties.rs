@@ -175,7 +175,8 @@ impl TiedSlots {
             let mut sum = [0.0; 3];
             for &copy in &self.copies[copies] {
                 let (at, lane) = at(copy);
-                (0..3).for_each(|c| sum[c] += field[at + c].0[lane]);
+                let node = &field[at..at + 3];
+                (0..3).for_each(|c| sum[c] += node[c].0[lane]);
             }
             sum
         });
@@ -187,7 +188,8 @@ impl TiedSlots {
         let [from, to] = [pack, pack + 1].map(|at| self.pack_starts[at] as usize);
         for &(copy, group) in &self.own[from..to] {
             let (at, lane) = at(copy);
-            (0..3).for_each(|c| own[at + c - first].0[lane] = sums[group as usize][c]);
+            let (node, sum) = (&mut own[at - first..at - first + 3], sums[group as usize]);
+            (0..3).for_each(|c| node[c].0[lane] = sum[c]);
         }
     }
 

@@ -64,6 +64,7 @@ pub(crate) fn clear(numbering: &BlockNumbering, offset: usize, neighbour_forces:
 pub(crate) fn collect<S: Simd>(
     simd: S,
     packs: &Packs,
+    assembly: &Assembly,
     index: usize,
     neighbour_forces: NeighbourForces<'_>,
     f: &mut [Lanes],
@@ -74,7 +75,7 @@ pub(crate) fn collect<S: Simd>(
     let f = f.as_chunks_mut::<3>().0;
     for offset in 1..8 {
         let lower = &pack.lower[offset];
-        if lower.is_none() {
+        if lower.is_none() || !assembly.loaded_neighbours[offset] {
             continue;
         }
         let of = |pack: usize| neighbour_forces.of(packs, pack);

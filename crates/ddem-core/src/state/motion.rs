@@ -7,8 +7,8 @@
 use fearless_simd::{Simd, f64x4};
 
 use crate::model::stage::Damping;
-use ddem_mechanics::math::lanes::{Lanes, splat};
-use ddem_mechanics::math::leapfrog::{before_local_damping, coefficients, local_damping};
+use ddem_mechanics::math::lanes::Lanes;
+use ddem_mechanics::math::leapfrog::{before_local_damping, coefficients};
 use ddem_mechanics::rigid::MassProperties;
 use ddem_mesh::assembly::Assembly;
 use ddem_mesh::inertia::Inertia;
@@ -181,19 +181,4 @@ impl Motion {
 #[inline(always)]
 pub(crate) fn advanced<S: Simd>([a, b]: [f64x4<S>; 2], v: f64x4<S>, force: f64x4<S>) -> f64x4<S> {
     a * v + b * force
-}
-
-/// Local damping of one component of a node of four blocks.
-#[inline(always)]
-pub(crate) fn local_of_four<S: Simd>(
-    simd: S,
-    alpha: f64,
-    force: f64x4<S>,
-    v: f64x4<S>,
-) -> f64x4<S> {
-    if alpha == 0.0 {
-        return splat(simd, 0.0);
-    }
-    let (force, v) = (Lanes::from(force).0, Lanes::from(v).0);
-    Lanes(std::array::from_fn(|lane| local_damping(alpha, force[lane], v[lane]))).load(simd)
 }

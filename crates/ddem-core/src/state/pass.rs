@@ -52,6 +52,12 @@ pub(crate) struct Workspace {
     pub(crate) before: Vec<Lanes>,
     /// Displacement increments of the nodes in the last step.
     pub(crate) du: Vec<Lanes>,
+    /// Displacements of the pairs of one lattice, side b relative to side a, along the joint's axes.
+    pub(crate) relative: Vec<Lanes>,
+    /// Increments of the displacements of these pairs in the last step.
+    pub(crate) pair_du: Vec<Lanes>,
+    /// Forces of the springs of the pairs on side a, along the joint's axes.
+    pub(crate) pair_forces: Vec<Lanes>,
     /// Tractions of the pairs of one lattice.
     pub(crate) tractions: PairTractions,
     /// Times of the phases.
@@ -128,6 +134,9 @@ impl<'a> Input<'a> {
     /// Part of the couple due to slip that a block takes against its upper neighbour: all if it
     /// alone is held, none if only the neighbour is held, otherwise half.
     pub(crate) fn own_part(&self, upper: Neighbours, index: usize) -> Lanes {
+        if self.held.is_empty() {
+            return Lanes([0.5; LANES]);
+        }
         let held = |pack: usize, lane: usize| {
             f64::from(u8::from(self.held.get(pack).is_some_and(|lanes| lanes[lane])))
         };
@@ -171,11 +180,14 @@ impl<'a> Input<'a> {
 }
 
 impl Workspace {
+    /// Makes room for `n` numbers of the nodes of a lattice, and so for those of its pairs.
     pub(crate) fn reserve(&mut self, n: usize) {
-        for buffer in [&mut self.local, &mut self.g, &mut self.before, &mut self.du] {
-            if buffer.len() < n {
-                buffer.resize(n, Lanes::ZERO);
-            }
+        if self.local.len() >= n {
+            return;
+        }
+        let Self { local, g, before, du, relative, pair_du, pair_forces, .. } = self;
+        for buffer in [local, g, before, du, relative, pair_du, pair_forces] {
+            buffer.resize(n, Lanes::ZERO);
         }
     }
 }

@@ -276,7 +276,9 @@ pub(super) fn pack_forces<S: Simd>(
         };
         if broken.as_deref().map_or(tables[offset] != NO_TABLE, BrokenLattice::acts) {
             joint(simd, input, JointLattice { pack, offset }, broken, &mut out, work);
-        } else {
+        } else if input.assembly.loaded_neighbours[offset]
+            && !packs.packs[pack].upper[offset].is_none()
+        {
             clear(packs.numbering_of(&packs.packs[pack]), offset, out.neighbour_forces);
         }
         if first.is_some() {

@@ -27,8 +27,8 @@ pub(super) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes
     let divisions = model.packs.numbering_of(&model.packs.packs[index]).divisions;
     let mut moments = FirstMoments::new(simd, divisions);
     for row in u.as_chunks::<3>().0.chunks_exact(divisions + 1) {
-        for (i, u) in row.iter().enumerate() {
-            moments.add_node(simd, i, load(simd, u));
+        for u in row {
+            moments.add_node(load(simd, u));
         }
         moments.end_row(simd);
     }
@@ -38,8 +38,10 @@ pub(super) fn fit_pack<S: Simd>(simd: S, model: &Model, index: usize, u: &[Lanes
 /// Sum and first moments of the displacements of the nodes of a pack, row by row.
 pub(super) struct FirstMoments<S: Simd> {
     divisions: usize,
-    /// Rows so far, of the plane and planes.
-    done: [usize; 2],
+    /// Steps from the centre to the next node, in its row.
+    along: f64x4<S>,
+    /// Steps from the centre to the present row, in its plane, and to that plane.
+    across: [f64; 2],
     row: Vector<S>,
     plane: Vector<S>,
     sum: Vector<S>,
@@ -50,36 +52,40 @@ impl<S: Simd> FirstMoments<S> {
     #[inline(always)]
     pub(super) fn new(simd: S, divisions: usize) -> Self {
         let none = zero(simd);
-        let (row, plane, sum, moments) = (none, none, none, [none; 3]);
-        Self { divisions, done: [0; 2], row, plane, sum, moments }
+        let first = -0.5 * divisions as f64;
+        Self {
+            divisions,
+            along: splat(simd, first),
+            across: [first; 2],
+            row: none,
+            plane: none,
+            sum: none,
+            moments: [none; 3],
+        }
     }
 
-    /// Steps of a node from the centre, from its number along a direction.
+    /// Adds the next node of the present row.
     #[inline(always)]
-    fn steps(&self, simd: S, number: usize) -> f64x4<S> {
-        splat(simd, number as f64 - 0.5 * self.divisions as f64)
-    }
-
-    /// Adds node `i` of the present row.
-    #[inline(always)]
-    pub(super) fn add_node(&mut self, simd: S, i: usize, u: Vector<S>) {
+    pub(super) fn add_node(&mut self, u: Vector<S>) {
         self.row = add(self.row, u);
-        self.moments[0] = add(self.moments[0], scale(u, self.steps(simd, i)));
+        self.moments[0] = add(self.moments[0], scale(u, self.along));
+        self.along += 1.0;
     }
 
     /// Ends a row, after its last node.
     #[inline(always)]
     pub(super) fn end_row(&mut self, simd: S) {
-        let [row, plane] = self.done;
+        let last = 0.5 * self.divisions as f64;
+        let [row, plane] = self.across;
         self.plane = add(self.plane, self.row);
-        self.moments[1] = add(self.moments[1], scale(self.row, self.steps(simd, row)));
-        self.row = zero(simd);
-        self.done[0] += 1;
-        if row == self.divisions {
+        self.moments[1] = add(self.moments[1], scale(self.row, splat(simd, row)));
+        (self.row, self.along) = (zero(simd), splat(simd, -last));
+        self.across[0] += 1.0;
+        if row == last {
             self.sum = add(self.sum, self.plane);
-            self.moments[2] = add(self.moments[2], scale(self.plane, self.steps(simd, plane)));
+            self.moments[2] = add(self.moments[2], scale(self.plane, splat(simd, plane)));
             self.plane = zero(simd);
-            self.done = [0, plane + 1];
+            self.across = [-last, plane + 1.0];
         }
     }
 

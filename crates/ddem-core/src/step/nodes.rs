@@ -7,11 +7,12 @@ use super::{ForcesOfOthers, PackContext};
 use crate::force::external::{self, External};
 use crate::force::neighbour_forces;
 use crate::model::Model;
-use crate::state::motion::{Motion, advanced, local_of_four};
+use crate::state::motion::{Motion, advanced};
 use crate::step::frames::FirstMoments;
 use crate::step::scratch::{Access, PackFields};
 use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::{Lanes, add, load, scale, splat, zero};
+use ddem_mechanics::math::leapfrog::local_damping;
 use ddem_mechanics::math::sums::{NodeSums, StepSums, Sum};
 
 /// Adds the forces and torques of others: of joints at the lower sides, and of contacts.
@@ -26,6 +27,7 @@ pub(super) fn collect<S: Simd>(
     neighbour_forces::collect(
         simd,
         &model.packs,
+        &model.assembly,
         index,
         others.joints,
         part.f,
@@ -139,9 +141,14 @@ fn share_of<S: Simd>(simd: S, shares: Option<&[Lanes]>, node: usize) -> f64x4<S>
 #[simd]
 pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackFields<'_>) {
     let motion = pack.step.motion;
-    let damped = motion.is_damped() || part.is_viscous();
-    let energy = matches!(part.blocks.v, Access::Read(_)) || motion.changes();
-    let unusual = energy || motion.local != 0.0 || part.is_viscous();
+    let kind = match part.blocks.v {
+        Access::Read(_) => NodeLoop::Energy,
+        _ if motion.changes() => NodeLoop::Energy,
+        _ if motion.local != 0.0 || part.is_viscous() => NodeLoop::Unusual,
+        _ if part.loaded => NodeLoop::Loaded,
+        _ if motion.is_damped() => NodeLoop::Damped,
+        _ => NodeLoop::Free,
+    };
     let PackFields {
         blocks, f, viscous, sums, reactions, dashpot_forces, q, buffer, loaded, ..
     } = part;
@@ -157,17 +164,9 @@ pub(super) fn advance<S: Simd>(simd: S, pack: &PackContext<'_>, part: &mut PackF
     own.supports[0] = pack.supports.power(v, reactions);
     let drawn = pack.dashpots.power(v, dashpot_forces);
     let forces = NodeForces { all: f, loads: loaded.then_some(&**q), viscous };
-    match (pack.share.is_some(), unusual, *loaded, damped) {
-        (false, true, ..) => accelerate::<S, ALL, false>(simd, energy, pack, forces, v, &mut own),
-        (false, _, true, _) => {
-            accelerate::<S, LOADED, false>(simd, false, pack, forces, v, &mut own)
-        }
-        (false, .., true) => accelerate::<S, DAMPED, false>(simd, false, pack, forces, v, &mut own),
-        (false, ..) => accelerate::<S, FREE, false>(simd, false, pack, forces, v, &mut own),
-        (true, true, ..) => accelerate::<S, ALL, true>(simd, energy, pack, forces, v, &mut own),
-        (true, _, true, _) => accelerate::<S, LOADED, true>(simd, false, pack, forces, v, &mut own),
-        (true, .., true) => accelerate::<S, DAMPED, true>(simd, false, pack, forces, v, &mut own),
-        (true, ..) => accelerate::<S, FREE, true>(simd, false, pack, forces, v, &mut own),
+    match pack.share {
+        Some(_) => kind.accelerate::<S, true>(simd, pack, forces, v, &mut own),
+        None => kind.accelerate::<S, false>(simd, pack, forces, v, &mut own),
     }
     pack.supports.enforce(v);
     own.supports[1] = pack.supports.power(v, reactions);
@@ -201,27 +200,62 @@ struct NodeForces<'a> {
     viscous: &'a [Lanes],
 }
 
-/// Advances the velocities of the nodes of a pack, and takes the first `N` sums over them. Local
-/// and viscous damping, and the sums of `energy`, are only in use with all sums.
+/// Loop over the nodes of a pack that computes no more than it must.
+#[derive(Clone, Copy)]
+enum NodeLoop {
+    /// Neither damping nor loads.
+    Free,
+    /// Damping.
+    Damped,
+    /// Damping and loads.
+    Loaded,
+    /// Damping of any kind, and loads.
+    Unusual,
+    /// All sums, including those of energy.
+    Energy,
+}
+
+impl NodeLoop {
+    /// Advances the velocities of the nodes of a pack, and takes the sums over them.
+    #[inline(always)]
+    fn accelerate<S: Simd, const TIED: bool>(
+        self,
+        simd: S,
+        pack: &PackContext<'_>,
+        forces: NodeForces<'_>,
+        v: &mut [Lanes],
+        sums: &mut StepSums,
+    ) {
+        match self {
+            Self::Free => accelerate::<S, FREE, false, TIED>(simd, pack, forces, v, sums),
+            Self::Damped => accelerate::<S, DAMPED, false, TIED>(simd, pack, forces, v, sums),
+            Self::Loaded => accelerate::<S, LOADED, false, TIED>(simd, pack, forces, v, sums),
+            Self::Unusual => accelerate::<S, LOADED, true, TIED>(simd, pack, forces, v, sums),
+            Self::Energy => accelerate::<S, ALL, true, TIED>(simd, pack, forces, v, sums),
+        }
+    }
+}
+
+/// Advances the velocities of the nodes of a pack, and takes the first `N` sums over them; all sums
+/// are those of energy. `UNUSUAL` damping is local or viscous.
 #[inline(always)]
-fn accelerate<S: Simd, const N: usize, const TIED: bool>(
+fn accelerate<S: Simd, const N: usize, const UNUSUAL: bool, const TIED: bool>(
     simd: S,
-    energy: bool,
     pack: &PackContext<'_>,
     forces: NodeForces<'_>,
     v: &mut [Lanes],
     sums: &mut StepSums,
 ) {
     let motion = pack.step.motion;
-    let all = N == ALL;
     let [a, b, damping] = pack.class.fields();
     let mut tally = NodeSums::<S, N>::new(simd);
-    let row = 3 * pack.side();
+    // Rows of blocks of one division are too short to be summed one by one.
+    let row = 3 * if pack.side() == 2 { 8 } else { pack.side() };
     for (number, v) in v.chunks_exact_mut(row).enumerate() {
         let of = |field| nodes_of_row(field, number * row, row);
         let (f, a, b, damping) = (of(forces.all), of(a), of(b), of(damping));
         let loads = forces.loads.filter(|_| N >= LOADED).map(of);
-        let viscous = (all && !forces.viscous.is_empty()).then(|| of(forces.viscous));
+        let viscous = (UNUSUAL && !forces.viscous.is_empty()).then(|| of(forces.viscous));
         for (node, v) in v.as_chunks_mut::<3>().0.iter_mut().enumerate() {
             let mut share = splat(simd, 1.0);
             if TIED {
@@ -230,8 +264,8 @@ fn accelerate<S: Simd, const N: usize, const TIED: bool>(
             for c in 0..3 {
                 let (old, force) = (v[c].load(simd), f[node][c].load(simd));
                 let mut damping_force = splat(simd, 0.0);
-                if all {
-                    damping_force = local_of_four(simd, motion.local, force, old);
+                if UNUSUAL && motion.local != 0.0 {
+                    damping_force = local_damping(motion.local, force, old);
                 }
                 let numbers = [a[node][c].load(simd), b[node][c].load(simd)];
                 let new = advanced(numbers, old, force - damping_force);
@@ -253,7 +287,7 @@ fn accelerate<S: Simd, const N: usize, const TIED: bool>(
                     tally.add(Sum::LoadsBefore, c, load * old);
                     tally.add(Sum::LoadsAfter, c, load * new);
                 }
-                if all && energy {
+                if N == ALL {
                     let mass = pack.mass[number * row / 3 + node].load(simd);
                     kinetic_energy(simd, motion, c, mass, [old, new], &mut tally);
                 }
@@ -308,7 +342,7 @@ fn displace<S: Simd>(
     let row = pack.side();
     let (rows, velocities) = (u.as_chunks_mut::<3>().0, v.as_chunks::<3>().0);
     for (u, v) in rows.chunks_exact_mut(row).zip(velocities.chunks_exact(row)) {
-        for (i, (u, v)) in u.iter_mut().zip(v).enumerate() {
+        for (u, v) in u.iter_mut().zip(v) {
             let v = load(simd, v);
             let new = add(load(simd, u), scale(v, time_step));
             *u = new.map(Lanes::from);
@@ -316,7 +350,7 @@ fn displace<S: Simd>(
                 fastest[c] = fastest[c].max(v[c].abs());
             }
             if corotational {
-                moments.add_node(simd, i, new);
+                moments.add_node(new);
             }
         }
         moments.end_row(simd);

@@ -7,34 +7,28 @@ use crate::point::PairContext;
 use ddem_mechanics::law::PointLoss;
 use ddem_mechanics::law::springs::PointSprings;
 use ddem_mechanics::law::strengths::LaneLaws;
-use ddem_mechanics::math::lanes::{
-    Lanes, Matrix, Vector, add, cross, load, scale, splat, sub, times,
-};
+use ddem_mechanics::math::lanes::{Lanes, Vector, add, cross, lanes_of, load, scale, splat, sub};
 use ddem_mechanics::math::number::Number;
-use ddem_mesh::joint_sections::FaceLattice;
+use ddem_mesh::joint_sections::JointSection;
 
 /// Springs of the failed pairs of a joint section, four side by side.
 pub(super) struct FailedSprings<'a, S: Simd> {
-    axes: &'a Matrix<S>,
     laws: LaneLaws<'a, S>,
     springs: PointSprings<f64x4<S>>,
     /// True in a relaxation, in which the pairs slip from their last equilibrium.
     relaxing: bool,
     /// Losses so far, by friction, fracture and dashpots `[J]`.
     losses: [f64x4<S>; 3],
+    /// Couple `Σ s × F` of the slips `[N m]`, along the joint's axes, and energy `[J]`, so far.
+    couple: Vector<S>,
+    stored: f64x4<S>,
     /// Square of the largest slip `[m²]`, and largest opening `[m]`, so far.
     moved: [f64x4<S>; 2],
 }
 
 impl<'a, S: Simd> FailedSprings<'a, S> {
     #[inline(always)]
-    pub(super) fn new(
-        simd: S,
-        face: FaceLattice<'a>,
-        context: PairContext<'a>,
-        axes: &'a Matrix<S>,
-    ) -> Self {
-        let section = face.section;
+    pub(super) fn new(simd: S, section: &JointSection, context: PairContext<'a>) -> Self {
         let dashpot = if context.undamped { Lanes::ZERO } else { section.dashpot };
         let [normal, shear] = section.stiffnesses();
         let springs = PointSprings {
@@ -43,8 +37,16 @@ impl<'a, S: Simd> FailedSprings<'a, S> {
             time_step: context.time_step,
         };
         let laws = LaneLaws::new(simd, section.laws, |number| context.law(number));
-        let (losses, moved) = ([splat(simd, 0.0); 3], [splat(simd, 0.0); 2]);
-        Self { axes, laws, springs, relaxing: context.relaxing, losses, moved }
+        let nothing = splat(simd, 0.0);
+        Self {
+            laws,
+            springs,
+            relaxing: context.relaxing,
+            losses: [nothing; 3],
+            couple: [nothing; 3],
+            stored: nothing,
+            moved: [nothing; 2],
+        }
     }
 
     /// Updates the failed points of a pair. Returns their forces on side a `[N]`, 0 in other lanes.
@@ -52,12 +54,10 @@ impl<'a, S: Simd> FailedSprings<'a, S> {
     pub(super) fn force(
         &mut self,
         simd: S,
-        failed: LanesOf<'_>,
+        LanesOf { points, pair, mask }: LanesOf<'_, S>,
         relative_displacement: Vector<S>,
-        pull: &mut SpringForces,
     ) -> Vector<S> {
-        let (mask, zero) = (failed.mask(simd), splat(simd, 0.0));
-        let LanesOf { points, pair, lanes } = failed;
+        let zero = splat(simd, 0.0);
         let springs = &points.springs[pair];
         let own = sub(relative_displacement, load(simd, &springs.origin));
         let area = mask.select(springs.area.load(simd), zero);
@@ -66,25 +66,29 @@ impl<'a, S: Simd> FailedSprings<'a, S> {
         // Other lanes may hold any number, also infinite ones.
         let [normal, s, t] = state.total_traction();
         let traction = [mask.select(normal, zero), mask.select(s, zero), mask.select(t, zero)];
-        let force = scale(times(self.axes, traction), area);
+        let force = scale(traction, area);
         let slip = [zero, mask.select(state.slip[0], zero), mask.select(state.slip[1], zero)];
         let slip_squared = slip[1] * slip[1] + slip[2] * slip[2];
         self.moved[0] = self.moved[0].max(slip_squared);
         self.moved[1] = self.moved[1].max(mask.select(state.gap, zero));
-        let couple = cross(times(self.axes, slip), force);
-        let stored = mask.select(area * state.stored(self.springs.stiffness[1]), zero);
-        pull.force = add(load(simd, &pull.force), force).map(Lanes::from);
-        pull.couple = add(load(simd, &pull.couple), couple).map(Lanes::from);
-        pull.stored = Lanes::from(pull.stored.load(simd) + stored);
+        self.couple = add(self.couple, cross(slip, force));
+        self.stored += mask.select(area * state.stored(self.springs.stiffness[1]), zero);
         let more = [loss.friction, loss.fracture, loss.damping];
         for (sum, more) in self.losses.iter_mut().zip(more) {
             *sum += mask.select(area * more, zero);
         }
         points.store(simd, pair, &state, mask);
         if self.relaxing {
-            points.add_equilibriums(pair, lanes);
+            points.add_equilibriums(pair, lanes_of(mask));
         }
         force
+    }
+
+    /// Adds the couples and the energy of all pairs to sums.
+    #[inline(always)]
+    pub(super) fn add_sums(&self, simd: S, sums: &mut SpringForces) {
+        sums.couple = add(load(simd, &sums.couple), self.couple).map(Lanes::from);
+        sums.stored = Lanes::from(sums.stored.load(simd) + self.stored);
     }
 
     /// Losses of all pairs and lanes `[J]`.

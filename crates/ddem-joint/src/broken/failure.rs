@@ -4,12 +4,13 @@ use fearless_simd::Simd;
 use nalgebra::Vector3;
 
 use super::BrokenLattice;
-use super::springs::{across, at, elastic_traction, lane_axes};
+use super::springs::{at, elastic_traction};
 use crate::losses::Losses;
+use crate::pair_kinematics::lane_axes;
 use crate::point::{JointCheck, JointPoint, PairContext, PairFailure, components, vector};
 use ddem_mechanics::law::{FailureMode, JointLaw};
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, add, dot, load, load_at, scale, splat, sub, transposed_times,
+    LANES, Lanes, add, dot, load, load_at, scale, splat, sub, transposed_times, zero,
 };
 use ddem_mesh::NO_JOINT;
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
@@ -24,6 +25,11 @@ pub struct LatticeCheck<'a> {
     pub context: PairContext<'a>,
     /// Divisors of the tractions of each lane.
     pub divisors: Lanes,
+    /// Forces `K u` of the elements on their nodes `[N]`, if there are elements.
+    pub g: Option<&'a [Lanes]>,
+    /// Displacements of the pairs, side b relative to side a, along the joint's axes `[m]`; empty if the
+    /// lattice has no springs.
+    pub relative: &'a [Lanes],
 }
 
 /// Tractions of the pairs of a joint lattice, pair by pair and lane by lane.
@@ -36,17 +42,17 @@ pub struct PairTractions {
 }
 
 impl PairTractions {
-    /// True if any bonded pair fails under the element forces `g` (`K u`) plus the forces of its
-    /// springs, if there are any; all pairs are checked at once.
+    /// True if any bonded pair fails under the forces of elements and springs; all pairs are checked at
+    /// once.
     #[inline(always)]
     pub fn any_failure<S: Simd>(
         &mut self,
         simd: S,
         check: LatticeCheck<'_>,
         broken: Option<&BrokenLattice>,
-        [local, g]: [&[Lanes]; 2],
     ) -> bool {
-        let LatticeCheck { face: FaceLattice { node_pairs, section }, context, divisors } = check;
+        let LatticeCheck { face: FaceLattice { node_pairs, section }, context, divisors, .. } =
+            check;
         if section.laws.iter().all(|&law| context.law(law).is_none()) {
             return false;
         }
@@ -65,9 +71,12 @@ impl PairTractions {
             normals.as_chunks_mut::<LANES>().0.iter_mut().zip(shears.as_chunks_mut::<LANES>().0);
         for (p, (node_pair, (normal, shear))) in node_pairs.iter().zip(targets).enumerate() {
             let [a, b] = node_pair.sides;
-            let difference = |field| sub(load_at(simd, field, 3 * b), load_at(simd, field, 3 * a));
             let inverse_count = node_pair.inverse_count();
-            let traction = scale(difference(g), per_quarter * half * inverse_count);
+            let mut traction = zero(simd);
+            if let Some(g) = check.g {
+                let difference = sub(load_at(simd, g, 3 * b), load_at(simd, g, 3 * a));
+                traction = scale(difference, per_quarter * half * inverse_count);
+            }
             let Some(broken) = broken else {
                 let along = dot(traction, direction);
                 let across = sub(traction, scale(direction, along));
@@ -76,13 +85,15 @@ impl PairTractions {
                 continue;
             };
             let springs = &broken.points.springs[p];
-            let own = transposed_times(&axes, difference(local));
-            let own = sub(own, load(simd, &springs.origin));
+            let own = sub(load_at(simd, check.relative, 3 * p), load(simd, &springs.origin));
             // Springs act on a part of the area of the pair. Failed pairs count as unloaded.
             let area = springs.area.load(simd) / divisor;
             let springs =
                 scale(elastic_traction(stiffness, own), area * per_quarter * inverse_count);
-            let traction = add(transposed_times(&axes, traction), springs);
+            let traction = match check.g {
+                Some(_) => add(transposed_times(&axes, traction), springs),
+                None => springs,
+            };
             let across = traction[1] * traction[1] + traction[2] * traction[2];
             (*normal, *shear) = (Lanes::from(traction[0]).0, Lanes::from(across).0);
             if any_failed {
@@ -112,39 +123,37 @@ impl PairTractions {
 }
 
 impl BrokenLattice {
-    /// Fails the overloaded bonded pairs under the element forces `g` (`K u`) plus the spring forces.
-    /// Removes the elements that hold a failed pair. Returns true if any pair failed.
+    /// Fails the overloaded bonded pairs under the forces of elements and springs. Removes the elements that hold a failed pair. Returns true if any pair failed.
     #[inline(always)]
     pub fn fail<S: Simd>(
         &mut self,
         simd: S,
         check: LatticeCheck<'_>,
-        [local, g]: [&[Lanes]; 2],
         tractions: &mut PairTractions,
         losses: &mut Losses,
     ) -> bool {
         if !self.bonded {
             return false;
         }
-        let overloaded = tractions.any_failure(simd, check, Some(self), [local, g]);
+        let overloaded = tractions.any_failure(simd, check, Some(self));
         let has_rotated: [bool; LANES] = std::array::from_fn(|lane| {
             check.context.releases_rotated_joints && self.has_rotated(check.face.section, lane)
         });
         if !overloaded && has_rotated == [false; LANES] {
             return false;
         }
-        self.fail_each(check, [local, g], has_rotated, losses)
+        self.fail_each(check, has_rotated, losses)
     }
 
     /// Fails the overloaded bonded pairs one by one, and all bonded pairs of joints that have rotated.
     fn fail_each(
         &mut self,
         check: LatticeCheck<'_>,
-        [local, g]: [&[Lanes]; 2],
         has_rotated: [bool; LANES],
         losses: &mut Losses,
     ) -> bool {
-        let LatticeCheck { face: FaceLattice { node_pairs, section }, context, divisors } = check;
+        let LatticeCheck { face, context, divisors, g, relative } = check;
+        let FaceLattice { node_pairs, section } = face;
         let before = self.newly_failed.len();
         self.bonded = false;
         for (p, node_pair) in node_pairs.iter().enumerate() {
@@ -153,8 +162,9 @@ impl BrokenLattice {
                 let law = context.law(section.laws[lane]);
                 let Some(law) = law.filter(|_| point.failure.is_none()) else { continue };
                 let area = section.quarter.0[lane] * node_pair.elements().len() as f64;
-                let force = element_force(g, section, node_pair, lane)
-                    + elastic_force(&point, section, lane, node_pair, local);
+                let elements =
+                    g.map_or_else(Vector3::zeros, |g| element_force(g, section, node_pair, lane));
+                let force = elements + elastic_force(&point, section, lane, at(relative, p, lane));
                 let check = JointCheck { divisor: Some(divisors.0[lane]), has_rotated };
                 if !point.fail(law, check, components(force / area), context.time, losses) {
                     self.bonded = true;
@@ -188,17 +198,15 @@ impl BrokenLattice {
         u64::from(failed)
     }
 
-    /// Transfers the forces of removed elements to springs without a jump at any pair. `forces` are
-    /// the nodal forces before and after the removal; `du` are the displacement increments of the
-    /// last step.
+    /// Transfers the forces of removed elements to springs without a jump at any pair.
     pub fn transfer_to_springs(
         &mut self,
         FaceLattice { node_pairs, section }: FaceLattice<'_>,
-        local: &[Lanes],
-        du: &[Lanes],
-        forces: [&[Lanes]; 2],
+        relative: &[Lanes],
+        removal: ElementRemoval<'_>,
         losses: &mut Losses,
     ) {
+        let ElementRemoval { local, du, forces } = removal;
         losses.fracture += lost(local, forces);
         let old: Vec<Lanes> = self.points.springs.iter().map(|springs| springs.area).collect();
         self.update_areas(node_pairs, section);
@@ -209,7 +217,8 @@ impl BrokenLattice {
                 }
                 let mut point = self.points.get(p, lane);
                 let before = JointPoint { area: old, ..point };
-                let springs = elastic_force(&before, section, lane, node_pair, local);
+                let displacement = at(relative, p, lane);
+                let springs = elastic_force(&before, section, lane, displacement);
                 let removed = forces.map(|g| element_force(g, section, node_pair, lane));
                 let force = springs + removed[0] - removed[1];
                 losses.fracture += energy(section, lane, springs, old);
@@ -217,7 +226,7 @@ impl BrokenLattice {
                 let k = section.stiffness(lane);
                 let traction = components(force / point.area);
                 let elastic = vector(traction.normal / k.normal, traction.shear / k.shear);
-                point.origin = across(local, section, node_pair, lane) - elastic;
+                point.origin = displacement - elastic;
                 self.points.set(p, lane, &point);
                 // The part of the forces that is equal at both nodes vanishes before it does its
                 // half of the work over the last displacement increment.
@@ -228,11 +237,14 @@ impl BrokenLattice {
                 losses.fracture -= 0.25 * (alike[0] + alike[1]).dot(&increments);
             }
         }
-        // The law of a failed pair begins at the traction at failure.
+    }
+
+    /// Starts the law of the pairs that have just failed at their tractions.
+    pub fn begin_failed(&mut self, section: &JointSection, relative: &[Lanes]) {
         for &(p, lane) in &self.newly_failed {
-            let (node_pair, lane) = (&node_pairs[p as usize], lane as usize);
-            self.points.change(p as usize, lane, |point| {
-                let force = elastic_force(point, section, lane, node_pair, local);
+            let (p, lane) = (p as usize, usize::from(lane));
+            self.points.change(p, lane, |point| {
+                let force = elastic_force(point, section, lane, at(relative, p, lane));
                 let traction = components(force / point.area);
                 point.begin(traction, traction.normal / section.stiffness(lane).normal);
             });
@@ -240,18 +252,29 @@ impl BrokenLattice {
     }
 }
 
-/// Force of the springs of a bonded pair on side a, along the joint's own axes `[N]`.
+/// ElementRemoval of elements of a joint lattice, in the joint's frame.
+#[derive(Clone, Copy)]
+pub struct ElementRemoval<'a> {
+    /// Displacements of the nodes `[m]`.
+    pub local: &'a [Lanes],
+    /// Displacement increments of the nodes in the last step `[m]`.
+    pub du: &'a [Lanes],
+    /// Forces `K u` on the nodes before and after the removal `[N]`.
+    pub forces: [&'a [Lanes]; 2],
+}
+
+/// Force of the springs of a bonded pair on side a, at a relative displacement, along the joint's own
+/// axes `[N]`.
 fn elastic_force(
     point: &JointPoint,
     section: &JointSection,
     lane: usize,
-    node_pair: &NodePair,
-    local: &[Lanes],
+    relative_displacement: Vector3<f64>,
 ) -> Vector3<f64> {
     if point.area == 0.0 {
         return Vector3::zeros();
     }
-    let elastic = point.elastic(section.stiffness(lane), across(local, section, node_pair, lane));
+    let elastic = point.elastic(section.stiffness(lane), relative_displacement);
     vector(elastic.normal, elastic.shear) * point.area
 }
 
@@ -282,5 +305,6 @@ fn element_force(
     node_pair: &NodePair,
     lane: usize,
 ) -> Vector3<f64> {
-    across(g, section, node_pair, lane) * 0.5
+    let [a, b] = node_pair.sides.map(|node| at(g, node, lane));
+    section.axes.tr_mul(&(b - a)) * 0.5
 }

@@ -21,10 +21,10 @@ use ddem_mesh::joint_sections::{JointSection, JointSections};
 use ddem_mesh::numbering::NodePair;
 use ddem_mesh::pack::{Pack, Packs};
 
-pub use failure::{LatticeCheck, PairTractions};
+pub use failure::{ElementRemoval, LatticeCheck, PairTractions};
 pub use points::LatticePoints;
 pub use prefetch::prefetch;
-pub use springs::{GroundFrame, SideDisplacements, SpringForces};
+pub use springs::{GroundFrame, LatticeMotion, SpringForces};
 
 /// Joint lattice of a pack in which springs have replaced some or all elements.
 #[derive(Debug, Default, PartialEq, Serialize, Deserialize)]

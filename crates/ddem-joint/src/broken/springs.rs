@@ -1,6 +1,6 @@
 //! Springs of the pairs of one joint lattice, and their forces.
 
-use fearless_simd::{Select, Simd, SimdBase, f64x4, mask64x4};
+use fearless_simd::{Select, Simd, SimdBase, SimdMask, f64x4, mask64x4};
 use nalgebra::{Matrix3, Vector3};
 
 use super::failed_springs::FailedSprings;
@@ -9,18 +9,18 @@ use crate::losses::Losses;
 use crate::point::{JointPoint, PairContext, components, vector};
 use ddem_mechanics::law::Traction;
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, times,
-    transposed_times, zero,
+    LANES, Lanes, Vector, add, cross, load, load_at, mask_of, scale, splat, store_at, sub, zero,
 };
-use ddem_mesh::joint_sections::{FaceLattice, JointSection};
-use ddem_mesh::numbering::NodePair;
+use ddem_mesh::joint_sections::JointSection;
 
-/// Forces of the springs of a joint lattice.
+/// Sums over the springs of a joint lattice, along the joint's axes.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SpringForces {
-    /// Force on side a, from side b, in the joint's frame `[N]`.
+    /// Force on side a, from side b `[N]`.
     pub force: [Lanes; 3],
-    /// `Σ s × F` of the slips, in the joint's frame `[N m]`.
+    /// `Σ δ × F` of the relative displacements `[N m]`.
+    pub torque: [Lanes; 3],
+    /// `Σ s × F` of the slips `[N m]`.
     pub couple: [Lanes; 3],
     /// Energy in the springs `[J]`.
     pub stored: Lanes,
@@ -28,12 +28,12 @@ pub struct SpringForces {
     pub grounded: Lanes,
 }
 
-/// Motion of both sides of a joint lattice.
+/// Motion of the pairs of a joint lattice, along the joint's axes.
 #[derive(Clone, Copy)]
-pub struct SideDisplacements<'a> {
-    /// Displacements of the nodes in the joint's frame `[m]`.
-    pub local: &'a [Lanes],
-    /// Displacement increments of the nodes in the last step `[m]`; only if pairs have just failed.
+pub struct LatticeMotion<'a> {
+    /// Displacements of sides b relative to sides a `[m]`.
+    pub relative: &'a [Lanes],
+    /// Increments of these displacements in the last step `[m]`; only if pairs have just failed.
     pub du: Option<&'a [Lanes]>,
     /// Ground block's frame for each lane whose springs rotate with it.
     pub grounds: &'a [Option<GroundFrame>; LANES],
@@ -43,10 +43,8 @@ pub struct SideDisplacements<'a> {
 /// frame.
 #[derive(Clone, Copy, Debug)]
 pub struct GroundFrame {
-    /// Axes of the springs, as columns, in the mean frame.
-    axes: Matrix3<f64>,
-    /// Rotation from openings along the joint's axes to openings along the springs' axes.
-    opening_rotation: Matrix3<f64>,
+    /// Rotation from vectors along the joint's axes to vectors along the springs' axes.
+    rotation: Matrix3<f64>,
     /// Opening that the rotation of the gap causes, along the springs' axes `[m]`.
     shift: Vector3<f64>,
 }
@@ -57,7 +55,7 @@ impl GroundFrame {
         let axes = rotation * section.axes;
         let gap = lane_of(section.gap(), lane);
         let shift = axes.tr_mul(&gap) - section.axes.tr_mul(&gap);
-        Self { axes, opening_rotation: axes.tr_mul(&section.axes), shift }
+        Self { rotation: axes.tr_mul(&section.axes), shift }
     }
 }
 
@@ -72,79 +70,105 @@ impl BrokenLattice {
         }
     }
 
-    /// Adds the spring forces to `g`, the forces `K u` of the elements that are left. The bonded
-    /// pairs of all lanes are computed at once, and so are the failed ones. One by one remain pairs
-    /// that have just failed and those whose springs rotate with the ground.
+    /// Writes the forces of the springs on sides a, along the joint's axes, to `forces`, and returns
+    /// their sums. The bonded pairs of all lanes are computed at once, and so are the failed ones.
+    /// One by one remain pairs that have just failed and those whose springs rotate with the ground.
     #[inline(always)]
-    pub fn add_spring_forces<S: Simd>(
+    pub fn spring_forces<S: Simd>(
         &mut self,
         simd: S,
-        face: FaceLattice<'_>,
+        section: &JointSection,
         context: PairContext<'_>,
-        sides: SideDisplacements<'_>,
-        g: &mut [Lanes],
+        motion: LatticeMotion<'_>,
+        forces: &mut [Lanes],
         losses: &mut Losses,
     ) -> SpringForces {
-        let (section, grounds) = (face.section, sides.grounds);
+        let grounds = motion.grounds;
         let grounded = Lanes(grounds.map(|ground| f64::from(u8::from(ground.is_some()))));
-        let mut pull = SpringForces { grounded, ..SpringForces::default() };
-        let axes = lane_axes(simd, section);
-        let elastic_springs = ElasticSprings::new(simd, section, &axes);
-        let any_failed = self.has_any_failed();
+        let mut sums = SpringForces { grounded, ..SpringForces::default() };
+        let elastic_springs = ElasticSprings::new(simd, section);
         let has_law = section.laws.map(|number| context.law(number).is_some());
-        let mut failed_springs = any_failed.then(|| FailedSprings::new(simd, face, context, &axes));
-        for (p, node_pair) in face.node_pairs.iter().enumerate() {
-            let [a, b] = node_pair.sides;
-            let difference =
-                sub(load_at(simd, sides.local, 3 * b), load_at(simd, sides.local, 3 * a));
-            let relative_displacement = transposed_times(&axes, difference);
-            let [bonded, failed, single] = self.kinds(p, has_law, sides);
-            if bonded != [false; LANES] {
-                let springs = &elastic_springs;
-                let bonded = LanesOf { points: &mut self.points, pair: p, lanes: bonded };
-                let force = springs.force(simd, bonded, relative_displacement, &mut pull);
-                add_forces(simd, g, [a, b], force);
+        let mut failed_springs =
+            self.has_any_failed().then(|| FailedSprings::new(simd, section, context));
+        let (law_mask, ground_mask) =
+            (mask_of(simd, has_law), mask_of(simd, grounds.map(|ground| ground.is_some())));
+        let alone = motion.du.is_some() || ground_mask.any_true();
+        let mut stored = splat(simd, 0.0);
+        for p in 0..self.points.len() {
+            let relative = load_at(simd, motion.relative, 3 * p);
+            let acts = self.points.springs[p].area.load(simd).simd_gt(splat(simd, 0.0));
+            let mut bonded = acts;
+            if alone {
+                bonded &= !(ground_mask | self.new_lanes(simd, p, motion));
             }
-            if let Some(springs) = &mut failed_springs
-                && failed != [false; LANES]
-            {
-                let failed = LanesOf { points: &mut self.points, pair: p, lanes: failed };
-                let force = springs.force(simd, failed, relative_displacement, &mut pull);
-                add_forces(simd, g, [a, b], force);
+            let mut force = zero(simd);
+            if let Some(springs) = &mut failed_springs {
+                let slides = mask_of(simd, self.points.modes[p].map(|mode| mode.is_some()));
+                let failed = bonded & law_mask & slides;
+                bonded &= !failed;
+                if failed.any_true() {
+                    let failed = LanesOf { points: &mut self.points, pair: p, mask: failed };
+                    force = springs.force(simd, failed, relative);
+                }
             }
-            let relative_displacement = relative_displacement.map(Lanes::from);
-            for lane in (0..LANES).filter(|&lane| single[lane]) {
-                let new = self.newly_failed.contains(&(p as u32, lane as u8));
-                let du = sides.du.filter(|_| new);
+            if bonded.any_true() {
+                let bonded = LanesOf { points: &mut self.points, pair: p, mask: bonded };
+                let (more, energy) = elastic_springs.force(simd, bonded, relative);
+                (force, stored) = (add(force, more), stored + energy);
+            }
+            store_at(forces, 3 * p, force);
+        }
+        if alone {
+            self.set_single_forces(section, context, motion, forces, losses, &mut sums);
+        }
+        sums.stored = Lanes::from(sums.stored.load(simd) + stored);
+        if let Some(springs) = failed_springs {
+            springs.add_sums(simd, &mut sums);
+            losses.add_point(1.0, springs.loss());
+            self.moved = springs.moved();
+            self.find_motions_of_others(has_law, motion);
+        }
+        sums.add_forces(simd, motion.relative, forces);
+        sums
+    }
+
+    /// Sets the forces of pairs that are computed one by one, and adds to sums.
+    fn set_single_forces(
+        &mut self,
+        section: &JointSection,
+        context: PairContext<'_>,
+        motion: LatticeMotion<'_>,
+        forces: &mut [Lanes],
+        losses: &mut Losses,
+        sums: &mut SpringForces,
+    ) {
+        for (p, forces) in forces.chunks_exact_mut(3).enumerate() {
+            for (lane, ground) in motion.grounds.iter().enumerate() {
+                let du = motion.du.filter(|_| self.newly_failed.contains(&(p as u32, lane as u8)));
+                let single = du.is_some() || ground.is_some();
+                if !single || self.points.springs[p].area.0[lane] == 0.0 {
+                    continue;
+                }
                 let pair = SinglePair {
                     section,
                     lane,
-                    sides: [a, b],
-                    relative_displacement: lane_of(&relative_displacement, lane),
-                    du: du.map(|du| across(du, section, node_pair, lane)),
+                    relative_displacement: at(motion.relative, p, lane),
+                    du: du.map(|du| at(du, p, lane)),
+                    ground: ground.as_ref(),
                 };
-                let ground = grounds[lane].as_ref();
                 self.points.change(p, lane, |point| {
-                    pair.add(context, point, ground, g, losses, &mut pull);
+                    pair.set_force(context, point, forces, losses, sums);
                 });
             }
         }
-        if let Some(springs) = failed_springs {
-            losses.add_point(1.0, springs.loss());
-            self.moved = springs.moved();
-            self.find_motions_of_others(has_law, sides);
-        }
-        pull
     }
-}
 
-impl BrokenLattice {
     /// Finds the motion in lanes with failed pairs that were not computed four at a time: those that
     /// must be computed on their own, and those that failed under a law of an earlier stage.
-    fn find_motions_of_others(&mut self, has_law: [bool; LANES], sides: SideDisplacements<'_>) {
+    fn find_motions_of_others(&mut self, has_law: [bool; LANES], motion: LatticeMotion<'_>) {
         let mut others: [bool; LANES] =
-            std::array::from_fn(|lane| !has_law[lane] || sides.grounds[lane].is_some());
-        if sides.du.is_some() {
+            std::array::from_fn(|lane| !has_law[lane] || motion.grounds[lane].is_some());
+        if motion.du.is_some() {
             self.newly_failed.iter().for_each(|&(_, lane)| others[usize::from(lane)] = true);
         }
         for (lane, other) in others.into_iter().enumerate() {
@@ -154,94 +178,73 @@ impl BrokenLattice {
         }
     }
 
-    /// Lanes in which a pair is bonded, has failed, or must be computed on its own.
+    /// Lanes in which a pair has just failed.
     #[inline(always)]
-    fn kinds(
-        &self,
-        pair: usize,
-        has_law: [bool; LANES],
-        sides: SideDisplacements<'_>,
-    ) -> [[bool; LANES]; 3] {
-        let area = self.points.springs[pair].area;
-        let modes = if self.has_any_failed() { self.points.modes[pair] } else { [None; LANES] };
-        let mut kinds = [[false; LANES]; 3];
-        for lane in (0..LANES).filter(|&lane| area.0[lane] != 0.0) {
-            let new = sides.du.is_some() && self.newly_failed.contains(&(pair as u32, lane as u8));
-            let alone = new || sides.grounds[lane].is_some();
-            let slides = has_law[lane] && modes[lane].is_some();
-            kinds[0][lane] = !alone && !slides;
-            kinds[1][lane] = !alone && slides;
-            kinds[2][lane] = alone;
-        }
-        kinds
+    fn new_lanes<S: Simd>(&self, simd: S, pair: usize, motion: LatticeMotion<'_>) -> mask64x4<S> {
+        let new =
+            |lane: u8| motion.du.is_some() && self.newly_failed.contains(&(pair as u32, lane));
+        mask_of(simd, [new(0), new(1), new(2), new(3)])
     }
 }
 
-/// Adds forces on sides a to the forces `K u` of two nodes.
-#[inline(always)]
-fn add_forces<S: Simd>(simd: S, g: &mut [Lanes], [a, b]: [usize; 2], force: Vector<S>) {
-    store_at(g, 3 * a, sub(load_at(simd, g, 3 * a), force));
-    store_at(g, 3 * b, add(load_at(simd, g, 3 * b), force));
+impl SpringForces {
+    /// Adds the forces of all pairs and their torques.
+    #[inline(always)]
+    fn add_forces<S: Simd>(&mut self, simd: S, relative: &[Lanes], forces: &[Lanes]) {
+        let (mut sum, mut torque) = (zero(simd), zero(simd));
+        for (relative, force) in relative.as_chunks::<3>().0.iter().zip(forces.as_chunks::<3>().0) {
+            let force = load(simd, force);
+            sum = add(sum, force);
+            torque = add(torque, cross(load(simd, relative), force));
+        }
+        (self.force, self.torque) = (sum.map(Lanes::from), torque.map(Lanes::from));
+    }
 }
 
 /// Some lanes of a pair.
-pub(super) struct LanesOf<'a> {
+pub(super) struct LanesOf<'a, S: Simd> {
     pub(super) points: &'a mut LatticePoints,
     pub(super) pair: usize,
-    pub(super) lanes: [bool; LANES],
-}
-
-impl LanesOf<'_> {
-    /// Mask of the lanes.
-    #[inline(always)]
-    pub(super) fn mask<S: Simd>(&self, simd: S) -> mask64x4<S> {
-        let lanes = Lanes(self.lanes.map(|lane| f64::from(u8::from(lane))));
-        lanes.load(simd).simd_gt(splat(simd, 0.0))
-    }
+    pub(super) mask: mask64x4<S>,
 }
 
 /// Springs of the bonded pairs of a joint section, four side by side.
-struct ElasticSprings<'a, S: Simd> {
-    axes: &'a Matrix<S>,
+struct ElasticSprings<S: Simd> {
     /// Normal and shear stiffness `[Pa/m]`.
     stiffness: [f64x4<S>; 2],
     /// Half the compliance in shear `[m/Pa]`; 0 without a joint.
     half_compliance: f64x4<S>,
 }
 
-impl<'a, S: Simd> ElasticSprings<'a, S> {
+impl<S: Simd> ElasticSprings<S> {
     #[inline(always)]
-    fn new(simd: S, section: &JointSection, axes: &'a Matrix<S>) -> Self {
+    fn new(simd: S, section: &JointSection) -> Self {
         let [normal, shear] = section.stiffnesses();
         let compliance = shear.0.map(|k| if k > 0.0 { 0.5 / k } else { 0.0 });
         let stiffness = [normal.load(simd), shear.load(simd)];
-        Self { axes, stiffness, half_compliance: Lanes(compliance).load(simd) }
+        Self { stiffness, half_compliance: Lanes(compliance).load(simd) }
     }
 
-    /// Updates the bonded points of a pair. Returns their forces on side a `[N]`, 0 in other lanes.
+    /// Updates the bonded points of a pair. Returns their forces on side a `[N]` and their energy
+    /// `[J]`, 0 in other lanes.
     #[inline(always)]
     fn force(
         &self,
         simd: S,
-        bonded: LanesOf<'_>,
+        LanesOf { points, pair, mask }: LanesOf<'_, S>,
         relative_displacement: Vector<S>,
-        pull: &mut SpringForces,
-    ) -> Vector<S> {
-        let mask = bonded.mask(simd);
-        let springs = &mut bonded.points.springs[bonded.pair];
+    ) -> (Vector<S>, f64x4<S>) {
+        let springs = &mut points.springs[pair];
         let own = sub(relative_displacement, load(simd, &springs.origin));
         let traction = elastic_traction(self.stiffness, own);
         let area = mask.select(springs.area.load(simd), splat(simd, 0.0));
-        let force = scale(times(self.axes, traction), area);
-        pull.force = add(load(simd, &pull.force), force).map(Lanes::from);
         let shear = traction[1] * traction[1] + traction[2] * traction[2];
         let stored = traction[0] * own[0] * 0.5 + shear * self.half_compliance;
-        pull.stored = Lanes::from(pull.stored.load(simd) + area * stored);
         springs.gap = Lanes::from(mask.select(own[0], springs.gap.load(simd)));
         for (kept, traction) in springs.traction.iter_mut().zip(traction) {
             *kept = Lanes::from(mask.select(traction, kept.load(simd)));
         }
-        force
+        (scale(traction, area), area * stored)
     }
 }
 
@@ -249,28 +252,26 @@ impl<'a, S: Simd> ElasticSprings<'a, S> {
 struct SinglePair<'a> {
     section: &'a JointSection,
     lane: usize,
-    /// Nodes on sides a and b.
-    sides: [usize; 2],
     /// Displacement of side b relative to side a, along the joint's axes `[m]`.
     relative_displacement: Vector3<f64>,
     /// Increment of that displacement in the last step, if the pair has just failed `[m]`.
     du: Option<Vector3<f64>>,
+    ground: Option<&'a GroundFrame>,
 }
 
 impl SinglePair<'_> {
-    /// Adds the forces of the pair to its nodes.
-    fn add(
+    /// Sets the force of the pair on side a, and adds its couple and its energy to sums.
+    fn set_force(
         self,
         context: PairContext<'_>,
         point: &mut JointPoint,
-        ground: Option<&GroundFrame>,
-        g: &mut [Lanes],
+        forces: &mut [Lanes],
         losses: &mut Losses,
-        pull: &mut SpringForces,
+        sums: &mut SpringForces,
     ) {
-        let Self { section, lane, sides: [a, b], mut relative_displacement, du } = self;
-        if let Some(GroundFrame { opening_rotation, shift, .. }) = ground {
-            relative_displacement = opening_rotation * relative_displacement + shift;
+        let Self { section, lane, mut relative_displacement, du, ground } = self;
+        if let Some(GroundFrame { rotation, shift }) = ground {
+            relative_displacement = rotation * relative_displacement + shift;
         }
         let area = point.area;
         let law = context.law(section.laws[lane]).filter(|_| point.failure.is_some());
@@ -280,34 +281,18 @@ impl SinglePair<'_> {
             point.set_equilibrium();
         }
         let Traction { normal, shear } = point.state.total_traction();
-        let axes = ground.map_or(&section.axes, |ground| &ground.axes);
-        let force = axes * vector(normal, shear) * area;
+        let mut force = vector(normal, shear) * area;
         // The ground block takes the whole couple.
-        let couple = match ground {
-            Some(_) => Vector3::zeros(),
-            None => (axes * vector(0.0, point.state.slip)).cross(&force),
-        };
-        for c in 0..3 {
-            g[3 * a + c].0[lane] -= force[c];
-            g[3 * b + c].0[lane] += force[c];
-            pull.force[c].0[lane] += force[c];
-            pull.couple[c].0[lane] += couple[c];
+        match ground {
+            Some(ground) => force = ground.rotation.tr_mul(&force),
+            None => {
+                let couple = vector(0.0, point.state.slip).cross(&force);
+                (0..3).for_each(|c| sums.couple[c].0[lane] += couple[c]);
+            }
         }
-        pull.stored.0[lane] += area * point.state.stored(section.stiffness(lane).shear);
+        (0..3).for_each(|c| forces[c].0[lane] = force[c]);
+        sums.stored.0[lane] += area * point.state.stored(section.stiffness(lane).shear);
     }
-}
-
-/// Axes of a joint in all lanes, as columns.
-#[inline(always)]
-pub(super) fn lane_axes<S: Simd>(simd: S, section: &JointSection) -> Matrix<S> {
-    // A closure would be compiled without the instruction set.
-    let mut axes = [zero(simd); 3];
-    for (i, row) in axes.iter_mut().enumerate() {
-        for (j, number) in row.iter_mut().enumerate() {
-            *number = splat(simd, section.axes[(i, j)]);
-        }
-    }
-    axes
 }
 
 /// Elastic tractions for the vectors from the origins `[Pa]`.
@@ -319,19 +304,9 @@ pub(super) fn elastic_traction<S: Simd>(
     [normal * own[0], shear * own[1], shear * own[2]]
 }
 
-/// Displacement of side b relative to side a, along the joint's axes `[m]`.
-pub(super) fn across(
-    local: &[Lanes],
-    section: &JointSection,
-    node_pair: &NodePair,
-    lane: usize,
-) -> Vector3<f64> {
-    let [a, b] = node_pair.sides;
-    section.axes.tr_mul(&(at(local, b, lane) - at(local, a, lane)))
-}
-
-pub(super) fn at(field: &[Lanes], node: usize, lane: usize) -> Vector3<f64> {
-    lane_of(&[0, 1, 2].map(|c| field[3 * node + c]), lane)
+/// Vector `number` of a field, in one lane.
+pub(super) fn at(field: &[Lanes], number: usize, lane: usize) -> Vector3<f64> {
+    lane_of(&[0, 1, 2].map(|c| field[3 * number + c]), lane)
 }
 
 fn lane_of(v: &[Lanes; 3], lane: usize) -> Vector3<f64> {

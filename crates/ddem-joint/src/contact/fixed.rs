@@ -55,12 +55,17 @@ impl FixedPoint {
     /// Displacement `[m]`, given the displacements of all nodes and the motion of its rigid body.
     #[inline(always)]
     fn displacement(&self, u: &[Lanes], motion: &LinearField) -> Vec3 {
+        let of = |at: usize, lane: usize| {
+            let node = &u[at..at + 3];
+            Vec3::new(node[0].0[lane], node[1].0[lane], node[2].0[lane])
+        };
         match self {
-            Self::Element { slots, on } => nodes(slots, on).fold(Vec3::zeros(), |sum, node| {
-                let (at, lane, weight) = node;
-                let node = &u[at..at + 3];
-                sum + Vec3::new(node[0].0[lane], node[1].0[lane], node[2].0[lane]) * weight
-            }),
+            // Most points lie on a node.
+            Self::Element { slots: [slot, NO_SLOT, ..], .. } => {
+                of(*slot as usize / LANES, *slot as usize % LANES)
+            }
+            Self::Element { slots, on } => nodes(slots, on)
+                .fold(Vec3::zeros(), |sum, (at, lane, weight)| sum + of(at, lane) * weight),
             Self::Rigid(arm) => motion.at(arm),
         }
     }

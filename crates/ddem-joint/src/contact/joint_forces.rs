@@ -113,7 +113,10 @@ impl JointForces {
                     &mut f[at..at + 3]
                 }
             };
-            (0..3).for_each(|c| node[c].0[lane] += weight * force[c]);
+            let [x, y, z] = node else { unreachable!() };
+            for (component, force) in [x, y, z].into_iter().zip(force.iter()) {
+                component.0[lane] += weight * force;
+            }
         }
     }
 

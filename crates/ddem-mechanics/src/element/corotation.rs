@@ -156,12 +156,12 @@ pub fn mean_rotation<S: Simd>(simd: S, sum: &Matrix<S>, count: f64) -> Matrix<S>
 #[inline(always)]
 pub fn split_torque<S: Simd>(
     simd: S,
-    blocks: [Matrix<S>; 2],
+    blocks: &[Matrix<S>; 2],
     frame: &Matrix<S>,
     torque: Vector<S>,
 ) -> [Vector<S>; 2] {
     let turned = transpose(frame);
-    let parts = blocks.map(|block| product(&block, &turned));
+    let parts = [product(&blocks[0], &turned), product(&blocks[1], &turned)];
     let mut sum = parts[0];
     for (row, more) in sum.iter_mut().zip(&parts[1]) {
         *row = add(*row, *more);

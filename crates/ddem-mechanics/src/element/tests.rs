@@ -168,7 +168,7 @@ fn opposite_blocks_get_no_torque_from_joint_frame() {
         let flipped = matrix([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]]);
         let sum = [0, 1, 2].map(|i| add(upright[i], flipped[i]));
         let frame = mean_rotation(simd, &sum, 2.0);
-        let parts = split_torque(simd, [upright, flipped], &frame, zero(simd));
+        let parts = split_torque(simd, &[upright, flipped], &frame, zero(simd));
         assert!(parts.iter().flatten().all(|x| Lanes::from(*x).0 == [0.0; 4]));
     });
 }

@@ -4,7 +4,7 @@
 //! operation is one IEEE operation per lane and is never fused, so that all instruction sets give
 //! the same bits.
 
-use fearless_simd::{Simd, SimdBase, SimdFrom, f64x4};
+use fearless_simd::{Simd, SimdBase, SimdFrom, SimdMask, f64x4, mask64x4};
 use serde::{Deserialize, Serialize};
 
 /// Blocks side by side in a pack.
@@ -47,6 +47,20 @@ pub type Matrix<S> = [[f64x4<S>; 3]; 3];
 #[inline(always)]
 pub fn splat<S: Simd>(simd: S, value: f64) -> f64x4<S> {
     f64x4::simd_from(simd, value)
+}
+
+/// Mask that is true in some of the four lanes.
+#[inline(always)]
+pub fn mask_of<S: Simd>(simd: S, lanes: [bool; LANES]) -> mask64x4<S> {
+    let [a, b, c, d] = lanes.map(u64::from);
+    mask64x4::from_bitmask(simd, a | b << 1 | c << 2 | d << 3)
+}
+
+/// Lanes in which a mask is true.
+#[inline(always)]
+pub fn lanes_of<S: Simd>(mask: mask64x4<S>) -> [bool; LANES] {
+    let bits = mask.to_bitmask();
+    [1, 2, 4, 8].map(|lane| bits & lane != 0)
 }
 
 /// Four vectors in registers.

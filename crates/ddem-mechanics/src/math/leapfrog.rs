@@ -1,6 +1,8 @@
 //! Leap-frog step (M2) of one degree of freedom (§6): of a node, a rigid block or a free-field
 //! column.
 
+use super::number::Number;
+
 /// Coefficients `a` and `b` of `v⁺ = a v⁻ + b F`, that is of
 /// `v⁺ = [(m/h − c/2) v⁻ + F] / (m/h + c/2)`, from `m/h` and the damping c.
 #[inline]
@@ -11,8 +13,10 @@ pub fn coefficients(per_interval: f64, c: f64) -> [f64; 2] {
 
 /// Cundall's local damping `α |F| sign v`, which opposes the motion; 0 without motion.
 #[inline(always)]
-pub fn local_damping(alpha: f64, force: f64, v: f64) -> f64 {
-    if v == 0.0 { 0.0 } else { alpha * force.abs() * v.signum() }
+pub fn local_damping<N: Number>(alpha: f64, force: N, v: N) -> N {
+    let zero = v.like(0.0);
+    let most = force.or_more(-force) * alpha;
+    N::select(v.exceeds(zero), most, N::select(zero.exceeds(v), -most, zero))
 }
 
 /// Force of which local damping leaves the force `left`.

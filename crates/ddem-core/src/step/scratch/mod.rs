@@ -199,7 +199,8 @@ impl Scratch {
         let Self { f, neighbour_forces, wrenches, frames, .. } = self;
         let joints = NeighbourForces::all(neighbour_forces);
         each_pack(packs, [f], wrenches, |index, [f], SpatialLanes { angular: torque, .. }| {
-            dispatch!(level, simd => collect(simd, packs, index, joints, f, torque));
+            let assembly = &model.assembly;
+            dispatch!(level, simd => collect(simd, packs, assembly, index, joints, f, torque));
             let pack = &packs.packs[index];
             if pack.rigid && !linear {
                 let poses = poses[pack.rigid_start].iter().take(pack.filled);

@@ -4,28 +4,41 @@
 //! A joint rotates with the mean rotation of its blocks. Its residual torque is `τ = Σ x_i × g_i`.
 //! For elements it is of second order in strain; for springs it is the couple of two forces across
 //! the thickness. The blocks take it in equal parts, and for springs in the parts of
-//! [`split_torque`]. They balance it with the same nodal forces as their own torque. The moments of
-//! all internal forces, joints included, therefore add up to zero. If supports hold only one of two
-//! blocks, that block takes the part due to slip: it is the ground on which the other slides. Once
-//! all pairs of such a joint have failed, its springs rotate with the ground alone.
+//! [`split_torque`](ddem_mechanics::element::corotation::split_torque). They balance it with the
+//! same nodal forces as their own torque. The moments of all internal forces, joints included,
+//! therefore add up to zero. If supports hold only one of two blocks, that block takes the part due
+//! to slip: it is the ground on which the other slides. Once all pairs of such a joint have failed,
+//! its springs rotate with the ground alone.
+
+mod springs;
 
 use fearless_simd::{Simd, f64x4};
 use fearless_simd_macros::simd;
 
+use self::springs::{Springs, last_pair_du};
 use crate::state::pass::{Input, Output, Workspace, half_work};
-use ddem_joint::broken::{BrokenLattice, LatticeCheck, SideDisplacements, SpringForces};
+use ddem_joint::broken::{BrokenLattice, ElementRemoval, LatticeCheck};
 use ddem_joint::kinematics::{
-    ForceTarget, NodePositions, give_forces, joint_displacements, rotations, to_quarters,
+    ForceTarget, NodePositions, give_forces, joint_displacements, joint_rotation,
 };
 use ddem_joint::losses::Losses;
-use ddem_mechanics::element::corotation::{Frame, split_torque};
+use ddem_joint::pair_kinematics::{PairFrame, relative_displacements};
+use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::element::lattice::{force, force_left};
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, Matrix, Vector, add, cross, load, load_at, scale, splat, store_at, sub, times,
+    Lanes, Matrix, Vector, add, load, load_at, scale, splat, store_at, sub, times,
     transposed_times, zero,
 };
-use ddem_mesh::joint_sections::JointSection;
+use ddem_mesh::joint_sections::FaceLattice;
 use ddem_mesh::pack::JointLattice;
+
+/// Rotation of a joint lattice.
+struct JointFrame<S: Simd> {
+    /// Rotation of its frame to global axes; `None` for small displacements.
+    rotation: Option<Matrix<S>>,
+    /// Axes of its pairs, if there are springs.
+    pairs: Option<PairFrame<S>>,
+}
 
 /// Checks the pairs of one joint lattice of a pack for failure and adds its forces: those of its
 /// elements, and of its springs if it is broken.
@@ -39,31 +52,47 @@ pub(crate) fn joint<S: Simd>(
     work: &mut Workspace,
 ) {
     let n = 3 * at.nodes(input.moved.packs);
+    work.reserve(n);
     let face = input.face(at);
-    let rotation = element_forces(simd, input, at, broken.as_deref(), work);
-    let fails = fail(simd, input, at, rotation.as_ref(), broken, out.losses, work);
-    if let Some([_, joints]) = &mut out.energy {
-        let stored = half_work(simd, &work.local[..n], &work.g[..n])
-            + initial_stress_energy(simd, input, at, broken.as_deref(), &work.local[..n]);
-        *joints = Lanes::from(joints.load(simd) + stored);
+    let has_elements = broken.as_deref().is_none_or(|broken| broken.any_alive);
+    let rotation = if has_elements {
+        element_forces(simd, input, at, broken.as_deref(), work)
+    } else {
+        joint_rotation(simd, &input.moved, at)
+    };
+    let mut frame = JointFrame { rotation, pairs: None };
+    if let (Some(face), Some(_)) = (face, &broken) {
+        find_relative_displacements(simd, input, at, face, &mut frame, work);
     }
-    let mut pull = None;
-    if let (Some(face), Some(broken)) = (face, broken) {
-        let du = fails.then_some(&work.du[..n]);
-        let blocks = rotations(simd, &input.moved, at);
-        let grounds = match (&rotation, &blocks) {
-            (Some(mean), Some(blocks)) => input.grounds(simd, at, mean, blocks, broken),
-            _ => [None; LANES],
-        };
-        let sides = SideDisplacements { local: &work.local[..n], du, grounds: &grounds };
-        let (context, g) = (input.pair_context, &mut work.g[..n]);
-        let springs = broken.add_spring_forces(simd, face, context, sides, g, out.losses);
+    let just_failed = fail(simd, input, at, &mut frame, broken, out.losses, work);
+    let mut torque = zero(simd);
+    if has_elements {
         if let Some([_, joints]) = &mut out.energy {
-            *joints = Lanes::from(joints.load(simd) + springs.stored.load(simd));
+            let stored = half_work(simd, &work.local[..n], &work.g[..n])
+                + initial_stress_energy(simd, input, at, broken.as_deref(), &work.local[..n]);
+            *joints = Lanes::from(joints.load(simd) + stored);
         }
-        pull = Some((face.section, springs, blocks));
+        torque = give_element_forces(simd, input, at, frame.rotation.as_ref(), out, work);
     }
-    scatter_forces(simd, input, at, rotation, pull, out, work);
+    let JointFrame { rotation, pairs } = &frame;
+    let mut torques = [zero(simd); 2];
+    if let (Some(face), Some(broken), Some(pairs)) = (face, broken, pairs) {
+        let rotation = rotation.as_ref();
+        let springs = Springs {
+            at,
+            face,
+            rotation,
+            pairs,
+            just_failed,
+            has_elements,
+            element_torque: torque,
+        };
+        torques = springs.add_forces(simd, input, broken, out, work);
+    } else if let Some(rotation) = rotation {
+        let part = splat(simd, 1.0 / f64::from(1u32 << at.offset.count_ones()));
+        torques = [scale(times(rotation, torque), part); 2];
+    }
+    give_torques(simd, input, at, torques, out);
 }
 
 /// Computes the forces `K u` of the remaining elements of a joint lattice, in-situ stress included.
@@ -111,6 +140,22 @@ fn initial_stress_energy<S: Simd>(
         .map_or(splat(simd, 0.0), |initial_stress| initial_stress.energy(simd, alive, local))
 }
 
+/// Finds the relative displacements of the pairs of a face joint, and the axes along which they are.
+#[inline(always)]
+fn find_relative_displacements<S: Simd>(
+    simd: S,
+    input: &Input<'_>,
+    at: JointLattice,
+    face: FaceLattice<'_>,
+    frame: &mut JointFrame<S>,
+    work: &mut Workspace,
+) {
+    let pairs = PairFrame::new(simd, face.section, frame.rotation.as_ref());
+    let relative = &mut work.relative[..3 * face.node_pairs.len()];
+    relative_displacements(simd, &input.moved, at, face, &pairs, relative);
+    frame.pairs = Some(pairs);
+}
+
 /// Fails the overloaded pairs of a face joint and transfers the forces of removed elements to
 /// springs. Returns true if any pair failed.
 #[simd]
@@ -118,7 +163,7 @@ fn fail<S: Simd>(
     simd: S,
     input: &Input<'_>,
     at: JointLattice,
-    rotation: Option<&Matrix<S>>,
+    frame: &mut JointFrame<S>,
     broken: &mut Option<Box<BrokenLattice>>,
     losses: &mut Losses,
     work: &mut Workspace,
@@ -127,30 +172,48 @@ fn fail<S: Simd>(
         return false;
     };
     let packs = input.moved.packs;
-    let n = 3 * at.nodes(packs);
-    let check = LatticeCheck { face, context: input.pair_context, divisors };
-    let Workspace { local, g, tractions, .. } = &mut *work;
-    let fields = [&local[..n], &g[..n]];
-    if broken.is_none() && !tractions.any_failure(simd, check, None, fields) {
-        return false;
-    }
+    let (n, m) = (3 * at.nodes(packs), 3 * face.node_pairs.len());
+    let context = input.pair_context;
     let was_broken = broken.is_some();
+    if !was_broken {
+        let Workspace { g, tractions, .. } = &mut *work;
+        let check = LatticeCheck { face, context, divisors, g: Some(&g[..n]), relative: &[] };
+        if !tractions.any_failure(simd, check, None) {
+            return false;
+        }
+        find_relative_displacements(simd, input, at, face, frame, work);
+    }
     let lattice = broken.get_or_insert_with(|| {
         let tables = input.assembly.pack_tables[at.pack];
         Box::new(BrokenLattice::intact(packs, &packs.packs[at.pack], tables, at.offset))
     });
-    let before = initial_stress_energy(simd, input, at, Some(lattice), fields[0]);
-    let fails = lattice.fail(simd, check, fields, tractions, losses);
+    let had_elements = lattice.any_alive;
+    let Workspace { local, g, tractions, relative, .. } = &mut *work;
+    let before = match had_elements {
+        true => initial_stress_energy(simd, input, at, Some(lattice), &local[..n]),
+        false => splat(simd, 0.0),
+    };
+    let g = had_elements.then_some(&g[..n]);
+    let check = LatticeCheck { face, context, divisors, g, relative: &relative[..m] };
+    let fails = lattice.fail(simd, check, tractions, losses);
     if fails {
-        work.before[..n].copy_from_slice(&work.g[..n]);
-        elements(simd, input, at, Some(lattice), work);
-        last_du(simd, input, at, rotation, &mut work.du[..n]);
-        let forces = [&work.before[..n], &work.g[..n]];
-        lattice.transfer_to_springs(face, &work.local[..n], &work.du[..n], forces, losses);
-        let after = initial_stress_energy(simd, input, at, Some(lattice), &work.local[..n]);
-        losses.fracture += Lanes::from(before - after).sum();
+        if had_elements {
+            work.before[..n].copy_from_slice(&work.g[..n]);
+            elements(simd, input, at, Some(lattice), work);
+            last_du(simd, input, at, frame.rotation.as_ref(), &mut work.du[..n]);
+            let removal = ElementRemoval {
+                local: &work.local[..n],
+                du: &work.du[..n],
+                forces: [&work.before[..n], &work.g[..n]],
+            };
+            lattice.transfer_to_springs(face, &work.relative[..m], removal, losses);
+            let after = initial_stress_energy(simd, input, at, Some(lattice), &work.local[..n]);
+            losses.fracture += Lanes::from(before - after).sum();
+        }
+        lattice.begin_failed(face.section, &work.relative[..m]);
+        last_pair_du(simd, input, at, face, frame.pairs.as_ref(), &mut work.pair_du[..m]);
     } else if !was_broken {
-        *broken = None;
+        (*broken, frame.pairs) = (None, None);
     }
     fails
 }
@@ -168,40 +231,27 @@ fn last_du<S: Simd>(
     let Some((v, time_step)) = input.last else { return du.fill(Lanes::ZERO) };
     let moved = NodePositions { u: v, frames: None, ..input.moved };
     joint_displacements(simd, &moved, at, input.edges(at), du);
-    if input.moved.packs.packs[at.pack].rigid {
-        to_quarters(simd, input.face(at).map(|face| face.node_pairs), du);
-    }
     for node in 0..du.len() / 3 {
         let v = scale(load_at(simd, du, 3 * node), splat(simd, time_step));
         store_at(du, 3 * node, rotation.map_or(v, |r| transposed_times(r, v)));
     }
 }
 
-/// Section of a broken joint, forces of its springs, and rotations of its two blocks.
-type BrokenJointForces<'a, S> = (&'a JointSection, SpringForces, Option<[Matrix<S>; 2]>);
-
-/// Adds the forces of a joint lattice to its nodes and its torque to its blocks.
+/// Adds the forces of the elements of a joint lattice to its nodes. Returns their torque
+/// `Σ ũ × g` in the joint's frame.
 #[inline(always)]
-fn scatter_forces<S: Simd>(
+fn give_element_forces<S: Simd>(
     simd: S,
     input: &Input<'_>,
     at: JointLattice,
-    rotation: Option<Matrix<S>>,
-    pull: Option<BrokenJointForces<'_, S>>,
+    rotation: Option<&Matrix<S>>,
     out: &mut Output<'_>,
     work: &mut Workspace,
-) {
+) -> Vector<S> {
     let JointLattice { pack: index, offset } = at;
-    let pack = &input.moved.packs.packs[index];
-    let numbering = input.moved.packs.numbering_of(pack);
+    let numbering = input.moved.packs.numbering_of(&input.moved.packs.packs[index]);
     let n = numbering.joints[offset].len();
     let mut torque = zero(simd);
-    if pack.rigid {
-        if rotation.is_some() {
-            torque = moment(simd, &work.local[..3 * n], &work.g[..3 * n]);
-        }
-        to_quarters(simd, input.face(at).map(|face| face.node_pairs), &mut work.g);
-    }
     let fields = [&work.local, &work.g].map(|field| field[..3 * n].as_chunks::<3>().0);
     for part in &numbering.parts[offset] {
         let (forces, slots) = match part.offset {
@@ -211,71 +261,32 @@ fn scatter_forces<S: Simd>(
         // The lattice at the offset of a neighbour is the first one that gives it forces.
         let (forces, overwrites) = (forces.as_chunks_mut::<3>().0, part.offset == offset);
         let target = ForceTarget { forces, slots, overwrites };
-        let more = give_forces(simd, rotation.as_ref(), fields, part, target);
-        if !pack.rigid {
-            torque = add(torque, more);
-        }
-    }
-    let [own, others] = match (rotation, pull) {
-        (None, _) => [zero(simd); 2],
-        (Some(rotation), Some(pull)) => part_torque(simd, input, at, &rotation, torque, pull),
-        (Some(rotation), None) => {
-            let part = splat(simd, 1.0 / f64::from(1u32 << offset.count_ones()));
-            [scale(times(&rotation, torque), part); 2]
-        }
-    };
-    let own = add(load(simd, out.torque), own);
-    *out.torque = [Lanes::from(own[0]), Lanes::from(own[1]), Lanes::from(own[2])];
-    for part in &numbering.parts[offset][1..] {
-        let at = 3 * numbering.torque(part.offset);
-        let before = if part.offset == offset {
-            zero(simd)
-        } else {
-            load_at(simd, out.neighbour_forces, at)
-        };
-        store_at(out.neighbour_forces, at, add(before, others));
-    }
-}
-
-/// Torque `Σ ũ × g` of forces on the nodes of a lattice.
-#[inline(always)]
-fn moment<S: Simd>(simd: S, local: &[Lanes], g: &[Lanes]) -> Vector<S> {
-    let mut torque = zero(simd);
-    for node in 0..g.len() / 3 {
-        let (u, g) = (load_at(simd, local, 3 * node), load_at(simd, g, 3 * node));
-        torque = add(torque, cross(u, g));
+        torque = add(torque, give_forces(simd, rotation, fields, part, target));
     }
     torque
 }
 
-/// Torques of a broken joint on its own block and on the other `[N m]`. `torque` is that of its
-/// elements, in the joint's frame.
+/// Adds the torques of a joint lattice on its own block and on each of the others `[N m]`.
 #[inline(always)]
-fn part_torque<S: Simd>(
+fn give_torques<S: Simd>(
     simd: S,
     input: &Input<'_>,
     at: JointLattice,
-    rotation: &Matrix<S>,
-    torque: Vector<S>,
-    (section, pull, blocks): BrokenJointForces<'_, S>,
-) -> [Vector<S>; 2] {
-    let (mut own, mut others) = (zero(simd), zero(simd));
-    let torque = add(torque, cross(load(simd, section.gap()), load(simd, &pull.force)));
-    let whole = times(rotation, torque);
-    if let Some(blocks) = blocks.filter(|_| pull.grounded.0 != [1.0; LANES]) {
-        [own, others] = split_torque(simd, blocks, rotation, whole);
+    [own, others]: [Vector<S>; 2],
+    out: &mut Output<'_>,
+) {
+    let packs = input.moved.packs;
+    let numbering = packs.numbering_of(&packs.packs[at.pack]);
+    *out.torque = add(load(simd, out.torque), own).map(Lanes::from);
+    for part in &numbering.parts[at.offset][1..] {
+        let to = 3 * numbering.torque(part.offset);
+        let before = if part.offset == at.offset {
+            zero(simd)
+        } else {
+            load_at(simd, out.neighbour_forces, to)
+        };
+        store_at(out.neighbour_forces, to, add(before, others));
     }
-    // A held block takes the couple due to slip, and the whole torque if the springs rotate with
-    // it.
-    let couple = times(rotation, load(simd, &pull.couple));
-    let upper = input.moved.packs.packs[at.pack].upper[at.offset];
-    let part = input.own_part(upper, at.pack).load(simd);
-    let more = scale(couple, part - 0.5);
-    let grounded = [(own, part), (others, part * -1.0 + 1.0)]
-        .map(|(on, part)| scale(sub(scale(whole, part), on), pull.grounded.load(simd)));
-    own = add(own, add(more, grounded[0]));
-    others = add(others, sub(grounded[1], more));
-    [own, others]
 }
 
 /// Computes the local forces of the elements of a joint lattice into the working space. Returns the
@@ -292,9 +303,6 @@ fn element_forces<S: Simd>(
     work.reserve(n);
     let edges = input.edges(at);
     let rotation = joint_displacements(simd, &input.moved, at, edges, &mut work.local[..n]);
-    if input.moved.packs.packs[at.pack].rigid {
-        to_quarters(simd, input.face(at).map(|face| face.node_pairs), &mut work.local[..n]);
-    }
     elements(simd, input, at, broken, work);
     rotation
 }
