@@ -199,6 +199,8 @@ def others(measured: Measured) -> str:
         rows.append([f"relaxation, {number(nodes)} nodes in blocks of two divisions", *cells, "M nodes/s"])
     cells = measured.rates("contacts", "deformable", 27_000)
     rows.append(["1 000 deformable cubes of two divisions in contact", *cells, "M nodes/s"])
+    cells = measured.rates("springs", "blocks", 216_000)
+    rows.append(["27 000 cubes of one division on springs that break, 216 000 nodes", *cells, "M nodes/s"])
     for nodes in (7664, 69_200):
         cells = measured.rates("cells", "deformable", nodes)
         memory = measured.of("cells", model="deformable", nodes=nodes)[0]["bytes"]

@@ -242,6 +242,25 @@ pub(crate) fn loose(count: u32) -> BenchModel {
     BenchModel::new(started(&deck, Damping::Local(0.8)), Operation::Step)
 }
 
+/// Cubes of one division under their weight, with contact. Their joints are springs, of which some
+/// break.
+pub(crate) fn springs(count: u32) -> BenchModel {
+    let mut deck = deck([count; 3], Kinematics::Corotational);
+    deck.model.gravity = [6.0, 1.0, -9.81];
+    deck.blocks[0].divisions = 1;
+    let seam = Joint {
+        normal_stiffness: Some(2e10),
+        shear_stiffness: Some(1e10),
+        cohesion: Some(1e4),
+        tension: Some(1e4),
+        friction: Some(30.0),
+        ..Joint::default()
+    };
+    deck.joints.insert("seam".into(), seam);
+    deck.fix.push(floor());
+    BenchModel::new(started(&deck, Damping::Ratio(0.05)), Operation::Step)
+}
+
 /// Rigid cubes, face to face: in one lattice with joints, or each as its own set in contact.
 pub(crate) fn cubes(count: u32, joined: bool) -> BenchModel {
     let mut deck = deck([count; 3], Kinematics::Corotational);

@@ -3,7 +3,9 @@
 use ddem::deck::{Body, Kinematics};
 
 use crate::THREADS;
-use crate::models::{BenchModel, JointStrength, cells, cubes, forces, lattice, loose, relaxation};
+use crate::models::{
+    BenchModel, JointStrength, cells, cubes, forces, lattice, loose, relaxation, springs,
+};
 
 /// A model, which is measured on each number of threads.
 pub(crate) struct BenchRow {
@@ -80,6 +82,10 @@ pub(crate) fn rows(large: bool) -> Vec<BenchRow> {
     for count in [3_u32, 10] {
         let nodes = 27 * count.pow(3) as usize;
         rows.push(BenchRow::new("contacts", "deformable", nodes, move || loose(count)));
+    }
+    for count in [3_u32, 30] {
+        let nodes = 8 * count.pow(3) as usize;
+        rows.push(BenchRow::new("springs", "blocks", nodes, move || springs(count)));
     }
     for (model, body) in [("deformable", Body::Deformable), ("rigid", Body::Rigid)] {
         // Edges of the region `[m]` and the nodes of its cells.

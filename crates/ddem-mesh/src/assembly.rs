@@ -39,7 +39,7 @@ pub struct Element {
 /// Four elements side by side.
 #[derive(Clone, Debug)]
 pub struct ElementPack {
-    /// Edge vectors of one element `[m]`.
+    /// Edge vectors of one element `[m]`, any with a volume in lanes without one.
     pub edges: [[Lanes; 3]; 3],
     /// Stiffness of the four elements.
     pub table: ElementTable,
@@ -151,7 +151,6 @@ impl Assembly {
         }
         let of = |lane: usize| lanes[lane].map(|e| &self.elements[e as usize]);
         let table = ElementTable::new(std::array::from_fn(|l| of(l).map(|e| &e.modal)), is_box);
-        // Lanes without an element may take any edges with a volume.
         let shape = |lane: usize| of(lane).unwrap_or(&self.elements[*first as usize]);
         let edges = std::array::from_fn(|d| {
             std::array::from_fn(|k| Lanes(std::array::from_fn(|lane| shape(lane).edges[d][k])))

@@ -72,7 +72,8 @@ impl BrokenLattice {
 
     /// Writes the forces of the springs on sides a, along the joint's axes, to `forces`, and returns
     /// their sums. The bonded pairs of all lanes are computed at once, and so are the failed ones.
-    /// One by one remain pairs that have just failed and those whose springs rotate with the ground.
+    /// Pairs that have just failed, and those whose springs rotate with the ground, are computed one
+    /// by one.
     #[inline(always)]
     pub fn spring_forces<S: Simd>(
         &mut self,
