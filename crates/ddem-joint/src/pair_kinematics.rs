@@ -19,7 +19,8 @@ use ddem_mesh::pack::JointLattice;
 pub struct PairFrame<S: Simd> {
     /// Axes as columns: the normal from side a to side b, and two tangents.
     pub axes: Matrix<S>,
-    /// Displacement of side b relative to side a along the axes, if the nodes do not move.
+    /// Displacement of side b relative to side a along the axes that their rotation alone causes, if
+    /// the nodes do not move `[m]`.
     shift: Vector<S>,
 }
 
@@ -33,7 +34,7 @@ impl<S: Simd> PairFrame<S> {
         Self { axes: product(rotation, &axes), shift: transposed_times(&axes, change) }
     }
 
-    /// Vector from side a to side b at rest along the axes, for axes that rotate with the gap `[m]`.
+    /// Vector from side a to side b along the axes `[m]`. It rotates with them.
     #[inline(always)]
     pub fn gap(simd: S, section: &JointSection) -> Vector<S> {
         transposed_times(&lane_axes(simd, section), load(simd, section.gap()))
@@ -60,7 +61,7 @@ pub fn lane_axes<S: Simd>(simd: S, section: &JointSection) -> Matrix<S> {
 }
 
 /// Writes the displacements of side b relative to side a of the pairs of a face joint, along its
-/// axes, to `relative`, three for each pair.
+/// axes, to `relative`, three numbers for each pair `[m]`.
 #[simd]
 pub fn relative_displacements<S: Simd>(
     simd: S,
@@ -111,8 +112,8 @@ fn differences<S: Simd>(
     }
 }
 
-/// Adds the forces of pairs on side a, along the joint's axes, to the nodes of side a, and subtracts
-/// them from those of side b; `overwrites` if these have no forces yet.
+/// Adds the forces of pairs on side a, along the joint's axes `[N]`, to the nodes of side a, and
+/// subtracts them from those of side b; `overwrites` if these have no forces yet.
 #[simd]
 pub fn give_pair_forces<S: Simd>(
     simd: S,

@@ -27,8 +27,8 @@ pub struct LatticeCheck<'a> {
     pub divisors: Lanes,
     /// Forces `K u` of the elements on their nodes `[N]`, if there are elements.
     pub g: Option<&'a [Lanes]>,
-    /// Displacements of the pairs, side b relative to side a, along the joint's axes `[m]`; empty if the
-    /// lattice has no springs.
+    /// Displacements of the pairs, side b relative to side a, along the joint's axes `[m]`; empty if
+    /// the lattice has no springs.
     pub relative: &'a [Lanes],
 }
 
@@ -42,8 +42,8 @@ pub struct PairTractions {
 }
 
 impl PairTractions {
-    /// True if any bonded pair fails under the forces of elements and springs; all pairs are checked at
-    /// once.
+    /// True if any bonded pair fails under the forces of elements and springs; all pairs are checked
+    /// at once.
     #[inline(always)]
     pub fn any_failure<S: Simd>(
         &mut self,
@@ -123,7 +123,8 @@ impl PairTractions {
 }
 
 impl BrokenLattice {
-    /// Fails the overloaded bonded pairs under the forces of elements and springs. Removes the elements that hold a failed pair. Returns true if any pair failed.
+    /// Fails the overloaded bonded pairs under the forces of elements and springs. Removes the
+    /// elements that hold a failed pair. Returns true if any pair failed.
     #[inline(always)]
     pub fn fail<S: Simd>(
         &mut self,
@@ -252,7 +253,7 @@ impl BrokenLattice {
     }
 }
 
-/// ElementRemoval of elements of a joint lattice, in the joint's frame.
+/// Removal of elements of a joint lattice, in the joint's frame.
 #[derive(Clone, Copy)]
 pub struct ElementRemoval<'a> {
     /// Displacements of the nodes `[m]`.
@@ -263,8 +264,8 @@ pub struct ElementRemoval<'a> {
     pub forces: [&'a [Lanes]; 2],
 }
 
-/// Force of the springs of a bonded pair on side a, at a relative displacement, along the joint's own
-/// axes `[N]`.
+/// Force of the springs of a bonded pair on side a, at a relative displacement, along the joint's
+/// own axes `[N]`.
 fn elastic_force(
     point: &JointPoint,
     section: &JointSection,

@@ -25,3 +25,27 @@ pub fn before_local_damping(alpha: f64, left: f64, v: f64) -> f64 {
     let with = if v == 0.0 { 0.0 } else { v.signum() * left.signum() };
     left / (1.0 - alpha * with)
 }
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+
+    use super::*;
+    use crate::math::lanes::Lanes;
+
+    /// Local damping opposes the motion, for one number and for four.
+    #[test]
+    fn local_damping_opposes_the_motion() {
+        let forces = [3.0, -3.0, 5.0, -5.0];
+        let velocities = [-2.0, 2.0, 0.0, -0.1];
+        let expected = [-2.25, 2.25, 0.0, -3.75];
+        let single: [f64; 4] =
+            std::array::from_fn(|i| local_damping(0.75, forces[i], velocities[i]));
+        assert_eq!(single, expected);
+        let four = dispatch!(Level::new(), simd => {
+            let (force, v) = (Lanes(forces).load(simd), Lanes(velocities).load(simd));
+            Lanes::from(local_damping(0.75, force, v))
+        });
+        assert_eq!(four.0, expected);
+    }
+}

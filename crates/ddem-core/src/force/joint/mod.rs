@@ -8,7 +8,7 @@
 //! same nodal forces as their own torque. The moments of all internal forces, joints included,
 //! therefore add up to zero. If supports hold only one of two blocks, that block takes the part due
 //! to slip: it is the ground on which the other slides. Once all pairs of such a joint have failed,
-//! its springs rotate with the ground alone.
+//! its springs rotate with the ground alone. The springs are in `springs.rs`.
 
 mod springs;
 
