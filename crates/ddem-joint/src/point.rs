@@ -1,5 +1,6 @@
 //! A pair of points of a joint or a contact: bonded, failed, sliding or open (§5).
 
+use std::borrow::Borrow;
 use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
@@ -210,9 +211,14 @@ impl JointPoint {
 
 /// True if a failed pair of a joint has slid or opened so far that the joint has rotated about its
 /// bonded pairs. `spacing` is the spacing of the pairs `[m]`.
-pub fn has_rotated(points: impl IntoIterator<Item = JointPoint>, spacing: f64) -> bool {
-    let mut failed = points.into_iter().filter(|point| point.failure.is_some());
-    failed.any(|JointPoint { state, .. }| state.gap.max(state.slip.norm()) > ROTATED * spacing)
+pub fn has_rotated(
+    points: impl IntoIterator<Item = impl Borrow<JointPoint>>,
+    spacing: f64,
+) -> bool {
+    points.into_iter().any(|point| {
+        let JointPoint { failure, state, .. } = point.borrow();
+        failure.is_some() && state.gap.max(state.slip.norm()) > ROTATED * spacing
+    })
 }
 
 /// Elastic tractions for the displacement `own` of side b along the joint's own axes `[Pa]`.

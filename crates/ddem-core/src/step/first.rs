@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use fearless_simd::{Simd, dispatch};
+use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 
 use crate::force::block::block;
@@ -120,7 +120,8 @@ pub(crate) fn forces(
     let span = scratch.profiler.begin();
     let released = match &mut contacts {
         Some((contacts, contact_model)) => {
-            let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
+            let (search, configuration) =
+                search_context(pass, contact_model, &scratch.frames, level);
             release_due_joints(search, configuration, broken_joints, contacts)
         }
         None => Losses::default(),
@@ -137,8 +138,8 @@ pub(crate) fn forces(
     scratch.end_tasks(span);
     if let Some((contacts, contact_model)) = &mut contacts {
         let span = scratch.profiler.begin();
-        let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
-        contacts.update_holding(&configuration, search.context);
+        let (search, configuration) = search_context(pass, contact_model, &scratch.frames, level);
+        contacts.update_holding(search, &configuration);
         if pass.waits {
             let failing = contacts.failing(&configuration, search.context);
             losses.failed = [0, 1].map(|mode| losses.failed[mode] + failing[mode]);
@@ -158,7 +159,7 @@ pub(crate) fn forces(
         if contact_model.search {
             contacts.update_statuses(model.joint_lookup(), &model.laws, broken_joints);
         }
-        let (search, configuration) = search_context(pass, contact_model, &scratch.frames);
+        let (search, configuration) = search_context(pass, contact_model, &scratch.frames, level);
         losses.add(&find(search, configuration, contacts));
         losses.add(&released);
         scratch.profiler.end(span, Phase::Contacts);
@@ -171,6 +172,7 @@ fn search_context<'a>(
     pass: FirstPass<'a>,
     contact_model: &'a ContactModel,
     frames: &'a [Frame],
+    level: Level,
 ) -> (SearchContext<'a>, Configuration<'a>) {
     let context = pass.pair_context();
     let search = SearchContext {
@@ -178,6 +180,7 @@ fn search_context<'a>(
         contact_model,
         held: pass.held,
         context,
+        level,
     };
     let small = !pass.model.corotational();
     let start = pass.last.is_none();

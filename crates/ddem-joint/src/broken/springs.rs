@@ -298,7 +298,7 @@ impl SinglePair<'_> {
 
 /// Elastic tractions for the vectors from the origins `[Pa]`.
 #[inline(always)]
-pub(super) fn elastic_traction<S: Simd>(
+pub(crate) fn elastic_traction<S: Simd>(
     [normal, shear]: [f64x4<S>; 2],
     own: Vector<S>,
 ) -> Vector<S> {

@@ -5,6 +5,7 @@
 //! them have failed and one has moved, the patch becomes an ordinary contact, which begins with the
 //! load of the joint.
 
+use fearless_simd::Level;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -13,15 +14,12 @@ use super::release::{JointLoad, JointStatus};
 use super::{CombinedSurface, Configuration, ContactBlock, ContactModel, ContactPoint, Patch};
 use crate::point::{JointCheck, JointPoint, PairContext, has_rotated};
 use ddem_mechanics::element::corotation::Frame;
-use ddem_mechanics::law::{FailureMode, SpringStiffness};
+use ddem_mechanics::law::{FailureMode, JointLaw, SpringStiffness};
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mesh::in_situ::{Stress, between, over_quads};
 use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::{JointProperties, Properties};
 use ddem_mesh::{Geometry, NonconformingJoint, Vec3};
-
-/// Ratio of face areas above which the larger face is the ground of the other.
-const LARGER: f64 = 1.01;
 
 /// Joint that a patch represents.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -182,6 +180,7 @@ pub fn bonded_patches(
         configuration,
         surfaces: &contact_model.surfaces,
         context: PairContext::default(),
+        level: Level::baseline(),
         held: &[],
     };
     let bond = |joint_pair: &NonconformingJoint| {
@@ -265,7 +264,7 @@ impl Patch {
 
     /// True if the joint has rotated so far that its bonded pairs must fail.
     pub(super) fn has_rotated(&self, configuration: &Configuration<'_>) -> bool {
-        self.bond.is_some() && has_rotated(self.pairs().copied(), self.spacing(configuration))
+        self.bond.is_some() && has_rotated(self.pairs(), self.spacing(configuration))
     }
 
     /// Check of its bonded pairs for failure.
@@ -274,14 +273,26 @@ impl Patch {
         configuration: &Configuration<'_>,
         context: PairContext<'_>,
     ) -> JointCheck {
+        let has_rotated = context.releases_rotated_joints && self.has_rotated(configuration);
+        JointCheck { divisor: self.divisor(configuration, context), has_rotated }
+    }
+
+    /// Law of the joint; `None` for contacts, and for joints that never fail.
+    pub(super) fn law<'a>(&self, context: PairContext<'a>) -> Option<&'a dyn JointLaw> {
+        context.law(self.bond?.law)
+    }
+
+    /// Divisor of the tractions in the check of the joint for failure; `None`: no pair fails.
+    pub(super) fn divisor(
+        &self,
+        configuration: &Configuration<'_>,
+        context: PairContext<'_>,
+    ) -> Option<f64> {
         let blocks = self.blocks.map(|block| {
             let ContactBlock { pack, lane, .. } = configuration.blocks[block as usize];
             (pack, lane)
         });
-        let law = self.bond.and_then(|bond| context.law(bond.law));
-        let divisor = context.failure_check.divisor(law, blocks);
-        let has_rotated = context.releases_rotated_joints && self.has_rotated(configuration);
-        JointCheck { divisor, has_rotated }
+        context.failure_check.divisor(self.law(context), blocks)
     }
 
     /// Numbers of pairs that would fail now, in shear and in tension.
@@ -291,7 +302,7 @@ impl Patch {
         context: PairContext<'_>,
     ) -> [u64; 2] {
         let mut failing = [0; 2];
-        let Some(law) = self.bond.and_then(|bond| context.law(bond.law)) else { return failing };
+        let Some(law) = self.law(context) else { return failing };
         let axes = self.present_frame(configuration);
         let check = self.check(configuration, context);
         let relative_positions = self.relative_positions(configuration);
@@ -309,15 +320,8 @@ impl Patch {
     /// block is the ground on which the other slides, even if the other tilts on a soft joint.
     /// Openings do not jump when the axes change.
     pub(super) fn rotate_with_larger(&mut self, configuration: &Configuration<'_>) {
-        let Some(ContactPoint { points, .. }) = self.points.first() else { return };
-        let faces = points.map(|point| point.face());
-        let area = |side: usize| {
-            let contact_block = &configuration.blocks[self.blocks[side] as usize];
-            contact_block.element_area(faces[side])
-                * (contact_block.topology.divisions() as f64).powi(2)
-        };
-        let own = usize::from(self.reference);
-        if area(1 - own) <= LARGER * area(own) {
+        let is_other = self.ground.is_some_and(|ground| ground != self.reference);
+        if !is_other || self.pairs().any(|pair| pair.failure.is_none()) {
             return;
         }
         let before = self.present_frame(configuration);

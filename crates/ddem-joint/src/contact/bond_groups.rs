@@ -57,7 +57,7 @@ pub(super) fn advanced<'a>(
     for patch in patches {
         let Some(bond) = patch.bond else { continue };
         let law = context.law(bond.law);
-        let (own, any_bonded) = PairMotion::of(patch.pairs().copied(), law);
+        let (own, any_bonded) = PairMotion::of(patch.pairs(), law);
         moved.merge(own);
         bonded |= any_bonded && law.is_none_or(|law| law.is_cohesive());
         rigid |= patch.blocks.iter().any(|&block| configuration.blocks[block as usize].rigid);

@@ -9,6 +9,8 @@ use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::{LinearField, SpatialVector, minus_identity};
 use ddem_mesh::{SurfacePoint, Vec3};
 
+/// Ratio of face areas above which the larger face is the ground of the other.
+const LARGER: f64 = 1.01;
 /// Stands for the other slots of a point that lies on a node.
 const NO_SLOT: u32 = u32::MAX;
 
@@ -183,6 +185,22 @@ impl Patch {
         };
         debug_assert_eq!(self.points.len(), on.len());
         self.fixed = self.points.iter().zip(on).map(pair).collect();
+        self.ground = self.find_ground(blocks);
+    }
+
+    /// Side with the larger face; `None` if the faces are about equally large.
+    fn find_ground(&self, blocks: &[ContactBlock]) -> Option<u8> {
+        let ContactPoint { points, .. } = self.points.first()?;
+        let [a, b] = [0, 1].map(|side| {
+            let contact_block = &blocks[points[side].block(self.blocks[side])];
+            let elements = contact_block.topology.divisions().pow(2) as f64;
+            contact_block.element_area(points[side].face()) * elements
+        });
+        let is_larger = |own: f64, other: f64| own > LARGER * other;
+        if is_larger(a, b) {
+            return Some(0);
+        }
+        is_larger(b, a).then_some(1)
     }
 
     /// Fixes the points of a contact.
@@ -309,7 +327,7 @@ impl Patch {
 
 #[cfg(test)]
 mod tests {
-    use super::super::joint_forces::JointForces;
+    use super::super::joint_forces::{JointForces, PatchRun};
     use super::super::{Bond, JointStatus};
     use super::*;
 
@@ -329,13 +347,12 @@ mod tests {
         let mut joint_forces = JointForces::default();
         joint_forces.renew(&patches, 2);
         for reference in [0, 1] {
-            for mut run in joint_forces.runs(&mut patches, 1) {
-                run.each(|patch, forces| {
-                    patch.reference = reference;
-                    let mut sums = PointForces::new(forces);
-                    sums.add(0, &pair, &Default::default(), &Vec3::z(), 2.0 * Vec3::x());
-                    patch.set_forces(sums);
-                });
+            let runs = joint_forces.runs(&mut patches, 1);
+            for (patch, forces) in runs.into_iter().flat_map(PatchRun::each) {
+                patch.reference = reference;
+                let mut sums = PointForces::new(forces);
+                sums.add(0, &pair, &Default::default(), &Vec3::z(), 2.0 * Vec3::x());
+                patch.set_forces(sums);
             }
             for (block, force) in [2.0, -2.0].into_iter().enumerate() {
                 let (mut f, mut torque) = ([Lanes::ZERO; 3], [Lanes::ZERO; 3]);

@@ -1,7 +1,9 @@
 //! Transfer of the history of contact points from old points to new ones.
 
+use fearless_simd::dispatch;
 use nalgebra::Vector2;
 
+use super::forces::update_contact;
 use super::patch_builder::PatchBuilder;
 use super::{Configuration, ContactPoint, Patch};
 use crate::losses::Losses;
@@ -25,7 +27,10 @@ impl OldPatch {
     pub(super) fn new(mut patch: Patch, builder: &PatchBuilder<'_>) -> (Self, Losses) {
         let opening = |pair: &JointPoint| pair.state.gap + pair.state.applied_dilation;
         let mut opening_increments: Vec<f64> = patch.pairs().map(opening).collect();
-        let losses = patch.update(&builder.configuration, builder.context, &mut []);
+        let PatchBuilder { configuration, context, level, .. } = builder;
+        let losses = dispatch!(*level, simd => {
+            update_contact(simd, &mut patch, configuration, *context, &mut [])
+        });
         for (increment, pair) in opening_increments.iter_mut().zip(patch.pairs()) {
             *increment = opening(pair) - *increment;
         }

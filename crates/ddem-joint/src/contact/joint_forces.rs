@@ -128,15 +128,16 @@ impl JointForces {
     }
 }
 
-impl PatchRun<'_> {
-    /// Updates each patch. A joint with a deformable block also gets its list of forces; other patches get an
-    /// empty one.
-    pub(super) fn each(&mut self, mut update: impl FnMut(&mut Patch, &mut [Vec3])) {
-        let Self { patches, starts, forces } = self;
-        for (patch, ends) in patches.iter_mut().zip(starts.windows(2)) {
-            let [from, to] = [ends[0], ends[1]].map(|end| (end - starts[0]) as usize);
-            update(patch, &mut forces[from..to]);
-        }
+impl<'a> PatchRun<'a> {
+    /// Its patches. A joint with a deformable block comes with its list of forces, other patches with
+    /// an empty one.
+    pub(super) fn each(self) -> impl Iterator<Item = (&'a mut Patch, &'a mut [Vec3])> {
+        let Self { patches, starts, forces: mut left } = self;
+        patches.iter_mut().zip(starts.windows(2)).map(move |(patch, ends)| {
+            let (own, rest) = std::mem::take(&mut left).split_at_mut((ends[1] - ends[0]) as usize);
+            left = rest;
+            (patch, own)
+        })
     }
 }
 

@@ -22,7 +22,7 @@
 //! | `fixed` | points fixed to nodes or rigid bodies, to which their forces go |
 //! | `matched` | pairs of two faces with equal corners |
 //! | `history` | transfer of history from old points to new ones |
-//! | `forces` | forces of the points |
+//! | `forces`, `four_pairs` | forces of the points, of four at a time |
 //! | `bond`, `bond_groups` | nonconforming joints, and those of two cells as one |
 //! | `holding` | nonconforming joints in which all pairs hold |
 //! | `by_block` | patches of each block, and their forces on it |
@@ -43,6 +43,7 @@ mod configuration;
 mod contact_model;
 mod fixed;
 mod forces;
+mod four_pairs;
 mod friction;
 mod history_transfer;
 mod holding;
@@ -148,6 +149,9 @@ pub struct Patch {
     /// Blocks of the two bodies on which a contact has points, as bits.
     #[serde(skip)]
     parts: [u64; 2],
+    /// Side with the larger face, on which the other slides once all pairs of a joint have failed.
+    #[serde(skip)]
+    ground: Option<u8>,
     /// Nodes or arms of its points.
     #[serde(skip)]
     fixed: Arc<[FixedPair]>,

@@ -5,6 +5,7 @@
 //! pairs. So every area counts once, and corners, edges and crossed faces need no special case. Two
 //! edges that cross at an angle to all faces form one pair.
 
+use fearless_simd::Level;
 use nalgebra::Vector2;
 
 use super::cells::{BodyEdge, BodyQuad, Features, quads_of_block};
@@ -35,6 +36,8 @@ pub(super) struct PatchBuilder<'a> {
     pub(super) configuration: Configuration<'a>,
     pub(super) surfaces: &'a ContactSurfaces,
     pub(super) context: PairContext<'a>,
+    /// Instruction set.
+    pub(super) level: Level,
     /// Blocks that have supports.
     pub(super) held: &'a [[bool; ddem_mechanics::math::lanes::LANES]],
 }

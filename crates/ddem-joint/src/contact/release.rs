@@ -4,6 +4,8 @@
 //! joint whose pairs have all failed is released. Its springs are removed, and its two blocks
 //! become an ordinary contact, which begins with the load of the joint.
 
+use std::borrow::Borrow;
+
 use nalgebra::{Matrix3, Vector2, Vector3};
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -138,12 +140,13 @@ pub(super) struct PairMotion {
 impl PairMotion {
     /// Motion of the failed pairs, and true if there are unfailed ones.
     pub(super) fn of(
-        pairs: impl Iterator<Item = JointPoint>,
+        pairs: impl Iterator<Item = impl Borrow<JointPoint>>,
         law: Option<&dyn JointLaw>,
     ) -> (Self, bool) {
         let softens = law.is_some_and(|law| law.softening().is_some());
         let (mut moved, mut any_bonded) = (Self::default(), false);
-        for JointPoint { failure, state, .. } in pairs {
+        for pair in pairs {
+            let JointPoint { failure, state, .. } = pair.borrow();
             if failure.is_none() {
                 any_bonded = true;
                 continue;

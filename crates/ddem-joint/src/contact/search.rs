@@ -3,6 +3,7 @@
 //! The boxes of the blocks are sorted into a grid only if a block may have left its margin. Pairs
 //! of near blocks are checked only if they may have come within contact distance.
 
+use fearless_simd::Level;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -48,6 +49,8 @@ pub struct SearchContext<'a> {
     pub held: &'a [[bool; LANES]],
     /// Context of the pairs.
     pub context: PairContext<'a>,
+    /// Instruction set.
+    pub level: Level,
 }
 
 impl<'a> SearchContext<'a> {
@@ -56,6 +59,7 @@ impl<'a> SearchContext<'a> {
             configuration,
             surfaces: &self.contact_model.surfaces,
             context: self.context,
+            level: self.level,
             held: self.held,
         }
     }
@@ -226,7 +230,7 @@ pub fn find(
     contacts.sort_boxes(&search, &configuration);
     let mut losses = renew(&builder, search, contacts);
     contacts.make_patches(&builder);
-    losses.add(&update(configuration, search.context, contacts));
+    losses.add(&update(search, configuration, contacts));
     losses
 }
 

@@ -11,12 +11,14 @@
 //! displacement increment recovers the difference. An excess that is left when the faces part is
 //! returned by the same traction with the opposite sign.
 
+use fearless_simd::{Simd, f64x4};
 use nalgebra::Vector3;
 
 use super::points::{Displacements, Loss, Points};
 use super::response::respond;
 use super::strengths::Strengths;
 use super::{JointDisplacement, JointLaw, PointLoss, PointState, SpringStiffness, Traction};
+use crate::math::lanes::splat;
 use crate::math::number::Number;
 
 /// Largest correction traction, as a fraction of the spring stiffness times the displacement
@@ -120,6 +122,17 @@ impl PointSprings {
     /// Springs and dashpot of one point.
     pub fn new(stiffness: SpringStiffness, dashpot: f64, time_step: Option<f64>) -> Self {
         Self { stiffness: stiffness.components(), dashpot, time_step }
+    }
+
+    /// The same springs and dashpots for four points.
+    #[inline(always)]
+    pub fn four<S: Simd>(&self, simd: S) -> PointSprings<f64x4<S>> {
+        let [normal, shear] = self.stiffness;
+        PointSprings {
+            stiffness: [splat(simd, normal), splat(simd, shear)],
+            dashpot: splat(simd, self.dashpot),
+            time_step: self.time_step,
+        }
     }
 
     /// Updates the state and the tractions of one point, by springs and dashpot, for a displacement.

@@ -65,7 +65,7 @@ impl<L: JointLaw + ?Sized> Strengths<f64> for L {
 /// registers.
 pub struct LaneLaws<'a, S: Simd> {
     laws: [Option<&'a dyn JointLaw>; LANES],
-    /// Law of all lanes that have one, if it is the same.
+    /// [`LaneLaws::of_all`].
     one: Option<&'a dyn JointLaw>,
     tension: f64x4<S>,
     residual_cohesion: f64x4<S>,
@@ -102,6 +102,11 @@ impl<'a, S: Simd> LaneLaws<'a, S> {
             softens: each(&|law| f64::from(u8::from(law.softening().is_some())))
                 .exceeds(splat(simd, 0.0)),
         }
+    }
+
+    /// Law of all lanes that have one, if it is the same.
+    pub fn of_all(&self) -> Option<&'a dyn JointLaw> {
+        self.one
     }
 
     /// Strengths of the lanes under normal tractions `[Pa]`; `four` gives those of four points with
