@@ -7,8 +7,8 @@ use fearless_simd_macros::simd;
 use super::kinematics::{NodePositions, NodeSource, Ordered, Scattered};
 use ddem_mechanics::element::corotation::minus_one;
 use ddem_mechanics::math::lanes::{
-    Lanes, Matrix, Vector, add, load, load_at, product, scale, splat, store_at, sub, times,
-    transposed_times, zero,
+    Lanes, Matrix, Vector, add, load, load_at, product, scale, splat, splat_matrix, store_at, sub,
+    times, transposed_times, zero,
 };
 use ddem_mesh::joint_sections::{FaceLattice, JointSection};
 use ddem_mesh::numbering::NodePair;
@@ -50,14 +50,7 @@ impl<S: Simd> PairFrame<S> {
 /// Axes of a joint at rest in all lanes, as columns.
 #[inline(always)]
 pub fn lane_axes<S: Simd>(simd: S, section: &JointSection) -> Matrix<S> {
-    // A closure would be compiled without the instruction set.
-    let mut axes = [zero(simd); 3];
-    for (i, row) in axes.iter_mut().enumerate() {
-        for (j, number) in row.iter_mut().enumerate() {
-            *number = splat(simd, section.axes[(i, j)]);
-        }
-    }
-    axes
+    splat_matrix(simd, &section.axes)
 }
 
 /// Writes the displacements of side b relative to side a of the pairs of a face joint, along its

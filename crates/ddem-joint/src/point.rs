@@ -11,6 +11,7 @@ use ddem_mechanics::law::springs::PointSprings;
 use ddem_mechanics::law::{
     FailureMode, JointDisplacement, JointLaw, PointLoss, PointState, SpringStiffness, Traction,
 };
+use ddem_mechanics::math::number::Number;
 
 /// Slip or opening of a failed pair, as a fraction of the spacing of pairs, beyond which the
 /// remaining bonded pairs fail too: the joint has rotated too far for node pairs.
@@ -223,8 +224,15 @@ pub fn has_rotated(
 
 /// Elastic tractions for the displacement `own` of side b along the joint's own axes `[Pa]`.
 #[inline(always)]
-pub(super) fn elastic(stiffness: SpringStiffness, own: Vector3<f64>) -> Traction {
-    Traction { normal: stiffness.normal * own.x, shear: own.yz() * stiffness.shear }
+fn elastic(stiffness: SpringStiffness, own: Vector3<f64>) -> Traction {
+    let [normal, s, t] = elastic_traction(stiffness.components(), own.into());
+    Traction { normal, shear: Vector2::new(s, t) }
+}
+
+/// Elastic tractions of one or four points along the axes, for the displacements `own` `[Pa]`.
+#[inline(always)]
+pub(super) fn elastic_traction<N: Number>([normal, shear]: [N; 2], [x, y, z]: [N; 3]) -> [N; 3] {
+    [normal * x, shear * y, shear * z]
 }
 
 /// Normal and shear components of a vector along the joint's own axes.

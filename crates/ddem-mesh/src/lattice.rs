@@ -56,6 +56,7 @@ impl Lattice {
         edges: [Vec3; 3],
     ) -> Self {
         let lengths = edges.map(|edge| edge.norm());
+        let no_joint: Arc<Vec<u16>> = vec![NO_JOINT].into();
         Self {
             set,
             refined: None,
@@ -69,7 +70,7 @@ impl Lattice {
             gaps: [0; 3].map(|_| vec![0.0; 2]),
             block: vec![0].into(),
             material: vec![material].into(),
-            joint: [0; 3].map(|_| vec![NO_JOINT].into()),
+            joint: [no_joint.clone(), no_joint.clone(), no_joint],
             own_joint: [NO_JOINT; 3],
             part: None,
         }

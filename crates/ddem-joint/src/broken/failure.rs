@@ -4,10 +4,12 @@ use fearless_simd::Simd;
 use nalgebra::Vector3;
 
 use super::BrokenLattice;
-use super::springs::{at, elastic_traction};
+use super::springs::at;
 use crate::losses::Losses;
 use crate::pair_kinematics::lane_axes;
-use crate::point::{JointCheck, JointPoint, PairContext, PairFailure, components, vector};
+use crate::point::{
+    JointCheck, JointPoint, PairContext, PairFailure, components, elastic_traction, vector,
+};
 use ddem_mechanics::law::{FailureMode, JointLaw};
 use ddem_mechanics::math::lanes::{
     LANES, Lanes, add, dot, load, load_at, scale, splat, sub, transposed_times, zero,

@@ -24,7 +24,6 @@ use ddem_mesh::pack::{Pack, Packs};
 pub use failure::{ElementRemoval, LatticeCheck, PairTractions};
 pub use points::LatticePoints;
 pub use prefetch::prefetch;
-pub(crate) use springs::elastic_traction;
 pub use springs::{GroundFrame, LatticeMotion, SpringForces};
 
 /// Joint lattice of a pack in which springs have replaced some or all elements.

@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::failed_springs::FailedSprings;
 use super::{BrokenLattice, LatticePoints};
 use crate::losses::Losses;
-use crate::point::{JointPoint, PairContext, components, vector};
+use crate::point::{JointPoint, PairContext, components, elastic_traction, vector};
 use ddem_mechanics::law::Traction;
 use ddem_mechanics::math::lanes::{
     LANES, Lanes, Vector, add, cross, load, load_at, mask_of, scale, splat, store_at, sub, zero,
@@ -294,15 +294,6 @@ impl SinglePair<'_> {
         (0..3).for_each(|c| forces[c].0[lane] = force[c]);
         sums.stored.0[lane] += area * point.state.stored(section.stiffness(lane).shear);
     }
-}
-
-/// Elastic tractions for the vectors from the origins `[Pa]`.
-#[inline(always)]
-pub(crate) fn elastic_traction<S: Simd>(
-    [normal, shear]: [f64x4<S>; 2],
-    own: Vector<S>,
-) -> Vector<S> {
-    [normal * own[0], shear * own[1], shear * own[2]]
 }
 
 /// Vector `number` of a field, in one lane.

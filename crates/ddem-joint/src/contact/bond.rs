@@ -21,6 +21,9 @@ use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::{JointProperties, Properties};
 use ddem_mesh::{Geometry, NonconformingJoint, Vec3};
 
+/// Ratio of face areas above which the larger face is the ground of the other.
+const LARGER: f64 = 1.01;
+
 /// Joint that a patch represents.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Bond {
@@ -80,6 +83,7 @@ impl PatchBuilder<'_> {
         patch.points.iter_mut().for_each(|point| point.pair.area *= part);
         let axes = patch.frame();
         patch.fix_at(self.configuration.blocks, &on);
+        patch.ground = patch.larger_face(self.configuration.blocks);
         let relative_positions = patch.relative_positions(&self.configuration);
         for (point, relative_position) in patch.points.iter_mut().zip(relative_positions) {
             point.pair.origin = axes.tr_mul(&relative_position);
@@ -180,6 +184,7 @@ pub fn bonded_patches(
         configuration,
         surfaces: &contact_model.surfaces,
         context: PairContext::default(),
+        // Joints are made without stepping their springs.
         level: Level::baseline(),
         held: &[],
     };
@@ -316,12 +321,27 @@ impl Patch {
         failing
     }
 
+    /// Side with the larger face; `None` if the faces are about equally large.
+    fn larger_face(&self, blocks: &[ContactBlock]) -> Option<u8> {
+        let ContactPoint { points, .. } = self.points.first()?;
+        let [a, b] = [0, 1].map(|side| {
+            let contact_block = &blocks[points[side].block(self.blocks[side])];
+            let elements = contact_block.topology.divisions().pow(2) as f64;
+            contact_block.element_area(points[side].face()) * elements
+        });
+        let is_larger = |own: f64, other: f64| own > LARGER * other;
+        if is_larger(a, b) {
+            return Some(0);
+        }
+        is_larger(b, a).then_some(1)
+    }
+
     /// Makes the axes rotate with the block of the larger face, once all pairs have failed. That
     /// block is the ground on which the other slides, even if the other tilts on a soft joint.
     /// Openings do not jump when the axes change.
     pub(super) fn rotate_with_larger(&mut self, configuration: &Configuration<'_>) {
-        let is_other = self.ground.is_some_and(|ground| ground != self.reference);
-        if !is_other || self.pairs().any(|pair| pair.failure.is_none()) {
+        let turns = self.ground.is_some_and(|ground| ground != self.reference);
+        if !turns || self.pairs().any(|pair| pair.failure.is_none()) {
             return;
         }
         let before = self.present_frame(configuration);

@@ -9,8 +9,6 @@ use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::{LinearField, SpatialVector, minus_identity};
 use ddem_mesh::{SurfacePoint, Vec3};
 
-/// Ratio of face areas above which the larger face is the ground of the other.
-const LARGER: f64 = 1.01;
 /// Stands for the other slots of a point that lies on a node.
 const NO_SLOT: u32 = u32::MAX;
 
@@ -185,22 +183,6 @@ impl Patch {
         };
         debug_assert_eq!(self.points.len(), on.len());
         self.fixed = self.points.iter().zip(on).map(pair).collect();
-        self.ground = self.find_ground(blocks);
-    }
-
-    /// Side with the larger face; `None` if the faces are about equally large.
-    fn find_ground(&self, blocks: &[ContactBlock]) -> Option<u8> {
-        let ContactPoint { points, .. } = self.points.first()?;
-        let [a, b] = [0, 1].map(|side| {
-            let contact_block = &blocks[points[side].block(self.blocks[side])];
-            let elements = contact_block.topology.divisions().pow(2) as f64;
-            contact_block.element_area(points[side].face()) * elements
-        });
-        let is_larger = |own: f64, other: f64| own > LARGER * other;
-        if is_larger(a, b) {
-            return Some(0);
-        }
-        is_larger(b, a).then_some(1)
     }
 
     /// Fixes the points of a contact.

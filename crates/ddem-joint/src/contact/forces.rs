@@ -66,10 +66,10 @@ fn update_run<S: Simd>(
                 patch.rotate_with_larger(configuration);
                 lost.add(&update_pairs(simd, patch, &law, configuration, context, forces));
             }
-            None => lost.add(&update_contact(simd, patch, configuration, context, forces)),
-        }
-        if patch.bond.is_none() {
-            deepest = deepest.max(patch.depth());
+            None => {
+                lost.add(&update_contact(simd, patch, configuration, context, forces));
+                deepest = deepest.max(patch.depth());
+            }
         }
         if context.relaxing {
             patch.set_equilibrium();
@@ -114,7 +114,7 @@ fn update_pairs<S: Simd>(
 ) -> Losses {
     patch.update_axes(configuration);
     debug_assert_eq!(patch.points.len(), patch.fixed.len());
-    let springs = patch.springs(context);
+    let springs = patch.take_springs(context);
     let update = PairUpdate::new(simd, patch, springs, law, configuration, context);
     let Patch { points, fixed, .. } = patch;
     let (mut forces, mut losses) = (PointForces::new(forces), Losses::default());
@@ -149,9 +149,7 @@ struct PairUpdate<'a, S: Simd> {
     springs: PointSprings,
     four_springs: FourSprings<'a, S>,
     law: Option<&'a dyn JointLaw>,
-    /// Check for failure; `None` for contacts.
-    check: Option<JointCheck>,
-    slide: ContactSlide,
+    kind: PatchKind,
 }
 
 impl<'a, S: Simd> PairUpdate<'a, S> {
@@ -165,10 +163,13 @@ impl<'a, S: Simd> PairUpdate<'a, S> {
         context: PairContext<'a>,
     ) -> Self {
         let frame = patch.frame();
-        let slide = ContactSlide {
-            stiffness: springs.stiffness[0],
-            spacing: patch.spacing(configuration),
-            has_friction: patch.surface.friction.has_friction(),
+        let kind = match patch.bond {
+            Some(_) => PatchKind::Joint(patch.check(configuration, context)),
+            None => PatchKind::Contact(ContactSlide {
+                stiffness: springs.stiffness[0],
+                spacing: patch.spacing(configuration),
+                has_friction: patch.surface.friction.has_friction(),
+            }),
         };
         Self {
             configuration,
@@ -180,14 +181,13 @@ impl<'a, S: Simd> PairUpdate<'a, S> {
             springs,
             four_springs: FourSprings::new(simd, &springs, law),
             law: law.of_all(),
-            check: patch.bond.map(|_| patch.check(configuration, context)),
-            slide,
+            kind,
         }
     }
 
-    /// Updates four pairs, of which there are `n`, for the vectors between their sides. Pairs that have
-    /// just failed are computed one by one, and so are those that failed under a law of an earlier
-    /// stage. Returns their forces on sides a `[N]`.
+    /// Updates the first `n` of four pairs for the vectors between their sides; the others repeat the
+    /// last one. Pairs that have just failed are computed one by one, and so are those that failed
+    /// under a law of an earlier stage. Returns their forces on sides a `[N]`.
     #[inline(always)]
     fn four(
         &self,
@@ -200,9 +200,9 @@ impl<'a, S: Simd> PairUpdate<'a, S> {
         let own = from_origins(simd, points, self.axes.along(simd, relative));
         let traction = self.four_springs.elastic(own);
         let elastic = ElasticLanes::new(traction, own);
-        let kinds = match self.check {
-            Some(check) => self.classify(&mut points[..n], check, &elastic, losses),
-            None => [PairKind::Slides; LANES],
+        let kinds = match self.kind {
+            PatchKind::Joint(check) => self.classify(&mut points[..n], check, &elastic, losses),
+            PatchKind::Contact(_) => [PairKind::Slides; LANES],
         };
         let before = before(points);
         let slides = kinds.map(|kind| kind == PairKind::Slides);
@@ -211,8 +211,8 @@ impl<'a, S: Simd> PairUpdate<'a, S> {
         let mut forces = self.axes.forces(traction, areas(simd, points));
         for (lane, point) in points[..n].iter_mut().enumerate() {
             let mut loss = lost[lane];
-            if self.check.is_none() {
-                self.slide.follow(point, before[lane], elastic.gap(lane), &mut loss);
+            if let PatchKind::Contact(slide) = &self.kind {
+                slide.follow(point, before[lane], elastic.gap(lane), &mut loss);
             }
             if let PairKind::Alone { fails } = kinds[lane] {
                 loss = self.one(point, &relative[lane], fails.then(|| elastic.of(lane)));
@@ -274,8 +274,8 @@ impl<'a, S: Simd> PairUpdate<'a, S> {
 }
 
 impl Patch {
-    /// Springs and dashpots of its pairs in this update.
-    fn springs(&mut self, context: PairContext<'_>) -> PointSprings {
+    /// Springs and dashpots of its pairs in this update. New points are no longer new after it.
+    fn take_springs(&mut self, context: PairContext<'_>) -> PointSprings {
         let mut springs = context.springs(self.surface.stiffness, self.surface.dashpot);
         if std::mem::take(&mut self.renewed) {
             // The new points have inherited the dashpot tractions of the old ones.
@@ -285,10 +285,16 @@ impl Patch {
     }
 }
 
-/// How a pair of a joint is updated.
+/// Check of a joint for failure, or the sliding of a contact.
+enum PatchKind {
+    Joint(JointCheck),
+    Contact(ContactSlide),
+}
+
+/// Kind of update of a pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum PairKind {
-    /// Elastic, because it holds.
+    /// Elastic, because it holds. It has no added tractions.
     Holds,
     /// With others at once, because it has failed before.
     Slides,

@@ -6,13 +6,13 @@ use nalgebra::{Matrix3, Vector2};
 
 use super::fixed::FixedPair;
 use super::{Configuration, ContactPoint};
-use crate::broken::elastic_traction;
+use crate::point::elastic_traction;
 use ddem_mechanics::law::points::Points;
 use ddem_mechanics::law::springs::PointSprings;
 use ddem_mechanics::law::strengths::LaneLaws;
 use ddem_mechanics::law::{PointLoss, Traction};
 use ddem_mechanics::math::lanes::{
-    LANES, Lanes, Matrix, Vector, mask_of, scale, splat, sub, times, transposed_times,
+    LANES, Lanes, Matrix, Vector, mask_of, scale, splat_matrix, sub, times, transposed_times,
 };
 use ddem_mechanics::math::number::Number;
 use ddem_mechanics::rigid::LinearField;
@@ -26,13 +26,7 @@ impl<S: Simd> PairAxes<S> {
     /// Axes from their columns in space.
     #[inline(always)]
     pub(super) fn new(simd: S, columns: &Matrix3<f64>) -> Self {
-        let mut axes = [[splat(simd, 0.0); 3]; 3];
-        for (i, row) in axes.iter_mut().enumerate() {
-            for (k, number) in row.iter_mut().enumerate() {
-                *number = splat(simd, columns[(i, k)]);
-            }
-        }
-        Self(axes)
+        Self(splat_matrix(simd, columns))
     }
 
     /// Components of four vectors along the axes.
@@ -65,7 +59,7 @@ fn each<T>(of: impl Fn(usize) -> T) -> [T; LANES] {
     [of(0), of(1), of(2), of(3)]
 }
 
-/// The first four items of a list. If it has fewer, these are in `own`, the last one for those that are
+/// First four items of a list. If it has fewer, `own` gets them, and the last one again for each that is
 /// missing.
 #[inline(always)]
 pub(super) fn first_four<'a, T: Copy>(
@@ -137,7 +131,7 @@ pub(super) struct ElasticLanes {
 }
 
 impl ElasticLanes {
-    /// Tractions for the vectors from the origins `[m]`.
+    /// Tractions and vectors from the origins, in memory.
     #[inline(always)]
     pub(super) fn new<S: Simd>(traction: Vector<S>, own: Vector<S>) -> Self {
         let [normal, s, t] = traction;

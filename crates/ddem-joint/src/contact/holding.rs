@@ -12,8 +12,7 @@ use super::four_pairs::{
 };
 use super::joint_forces::PatchRun;
 use super::{BondedPatch, Configuration, ContactBlock, Contacts, Patch, SearchContext};
-use crate::broken::elastic_traction;
-use crate::point::PairContext;
+use crate::point::{PairContext, elastic_traction};
 use ddem_mechanics::math::lanes::{LANES, Lanes, splat};
 use ddem_mesh::Vec3;
 
@@ -46,6 +45,7 @@ impl Contacts {
     }
 }
 
+/// Updates the joints of one task in which all pairs hold.
 #[simd]
 fn update_run<S: Simd>(
     simd: S,

@@ -129,8 +129,8 @@ impl JointForces {
 }
 
 impl<'a> PatchRun<'a> {
-    /// Its patches. A joint with a deformable block comes with its list of forces, other patches with
-    /// an empty one.
+    /// Patches of the task. A joint with a deformable block comes with its list of forces, other patches
+    /// with an empty one.
     pub(super) fn each(self) -> impl Iterator<Item = (&'a mut Patch, &'a mut [Vec3])> {
         let Self { patches, starts, forces: mut left } = self;
         patches.iter_mut().zip(starts.windows(2)).map(move |(patch, ends)| {

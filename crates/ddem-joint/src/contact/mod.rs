@@ -149,7 +149,8 @@ pub struct Patch {
     /// Blocks of the two bodies on which a contact has points, as bits.
     #[serde(skip)]
     parts: [u64; 2],
-    /// Side with the larger face, on which the other slides once all pairs of a joint have failed.
+    /// Side of a joint with the larger face, on which the other slides once all pairs have failed; `None`
+    /// if none is larger.
     #[serde(skip)]
     ground: Option<u8>,
     /// Nodes or arms of its points.

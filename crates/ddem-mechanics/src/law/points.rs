@@ -200,7 +200,7 @@ impl<S: Simd> LastEquilibrium<f64x4<S>> {
     }
 }
 
-/// Four points in memory, from where they are stored one by one.
+/// Four points in memory, to store them one by one.
 pub struct FourPoints {
     slip: [Lanes; 2],
     dilation: Lanes,

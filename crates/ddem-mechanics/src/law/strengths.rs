@@ -65,7 +65,7 @@ impl<L: JointLaw + ?Sized> Strengths<f64> for L {
 /// registers.
 pub struct LaneLaws<'a, S: Simd> {
     laws: [Option<&'a dyn JointLaw>; LANES],
-    /// [`LaneLaws::of_all`].
+    /// Law of all lanes that have one, if it is the same.
     one: Option<&'a dyn JointLaw>,
     tension: f64x4<S>,
     residual_cohesion: f64x4<S>,

@@ -5,6 +5,7 @@
 //! the same bits.
 
 use fearless_simd::{Simd, SimdBase, SimdFrom, SimdMask, f64x4, mask64x4};
+use nalgebra::Matrix3;
 use serde::{Deserialize, Serialize};
 
 /// Blocks side by side in a pack.
@@ -47,6 +48,19 @@ pub type Matrix<S> = [[f64x4<S>; 3]; 3];
 #[inline(always)]
 pub fn splat<S: Simd>(simd: S, value: f64) -> f64x4<S> {
     f64x4::simd_from(simd, value)
+}
+
+/// Matrix in all four lanes.
+#[inline(always)]
+pub fn splat_matrix<S: Simd>(simd: S, matrix: &Matrix3<f64>) -> Matrix<S> {
+    // A closure would be compiled without the instruction set.
+    let mut lanes = [zero(simd); 3];
+    for (i, row) in lanes.iter_mut().enumerate() {
+        for (k, number) in row.iter_mut().enumerate() {
+            *number = splat(simd, matrix[(i, k)]);
+        }
+    }
+    lanes
 }
 
 /// Mask that is true in some of the four lanes.
