@@ -62,6 +62,16 @@ fn lint_page_lists_all_rules() {
 }
 
 #[test]
+fn every_code_has_an_answer() {
+    let answers = std::fs::read_to_string(root().join("docs/questions.md")).unwrap();
+    let warnings = Code::ALL.iter().map(|code| code.name());
+    for code in warnings.chain(ErrorCode::ALL.iter().map(|code| code.name())) {
+        let link = format!("[`{code}`](diagnostics.md#{code})");
+        assert!(answers.contains(&link), "docs/questions.md has no answer for {code}");
+    }
+}
+
+#[test]
 fn codes_are_sorted_words() {
     let names: Vec<&str> = Code::ALL.iter().map(|code| code.name()).collect();
     assert!(names.is_sorted(), "{names:?}");
