@@ -212,7 +212,7 @@ impl<'a, S: Simd> PairUpdate<'a, S> {
         for (lane, point) in points[..n].iter_mut().enumerate() {
             let mut loss = lost[lane];
             if let PatchKind::Contact(slide) = &self.kind {
-                slide.follow(point, before[lane], elastic.gap(lane), &mut loss);
+                slide.follow(point, &before[lane], elastic.gap(lane), &mut loss);
             }
             if let PairKind::Alone { fails } = kinds[lane] {
                 loss = self.one(point, &relative[lane], fails.then(|| elastic.of(lane)));
@@ -302,12 +302,21 @@ enum PairKind {
     Alone { fails: bool },
 }
 
-/// Slips `[m]` and gaps `[m]` of four points.
+/// Point before an update of its springs.
+#[derive(Clone, Copy, Debug, Default)]
+struct PointBefore {
+    /// Slip `[m]`.
+    slip: Vector2<f64>,
+    /// Distance of the faces `[m]`.
+    gap: f64,
+}
+
+/// Four points before an update of their springs.
 #[inline(always)]
-fn before(points: &[ContactPoint; LANES]) -> [(Vector2<f64>, f64); LANES] {
-    let mut before = [Default::default(); LANES];
+fn before(points: &[ContactPoint; LANES]) -> [PointBefore; LANES] {
+    let mut before = [PointBefore::default(); LANES];
     for (before, point) in before.iter_mut().zip(points) {
-        *before = (point.pair.state.slip, point.pair.state.gap);
+        *before = PointBefore { slip: point.pair.state.slip, gap: point.pair.state.gap };
     }
     before
 }
@@ -328,17 +337,17 @@ impl ContactSlide {
     fn follow(
         &self,
         point: &mut ContactPoint,
-        (slip_before, gap_before): (Vector2<f64>, f64),
+        before: &PointBefore,
         gap: f64,
         loss: &mut PointLoss,
     ) {
         let state = &mut point.pair.state;
-        let slipped = (state.slip - slip_before).norm();
+        let slipped = (state.slip - before.slip).norm();
         // In relaxation slip is measured from the last equilibrium.
-        let from = state.equilibrium.map_or(slip_before, |equilibrium| equilibrium.slip);
+        let from = state.equilibrium.map_or(before.slip, |equilibrium| equilibrium.slip);
         let slip_path =
             |gap: f64, slip: Vector2<f64>| if gap < 0.0 { (slip - from).norm() } else { 0.0 };
-        point.slip_path += slip_path(state.gap, state.slip) - slip_path(gap_before, slip_before);
+        point.slip_path += slip_path(state.gap, state.slip) - slip_path(before.gap, before.slip);
         // Slip over half an element removes the whole offset.
         let fraction = (slipped / (0.5 * self.spacing)).min(1.0);
         point.relax_offset(self.stiffness, gap, fraction, loss.friction);
