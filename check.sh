@@ -41,8 +41,8 @@ say "tests"
 # Not of the module: its tests are in Python, and a test in Rust would need the library of Python.
 cargo test --workspace --exclude ddem-py --all-targets --locked
 cargo test --workspace --exclude ddem-py --doc --locked
-# A compiler can be wrong in one profile only. Without optimisation across crates this builds in half
-# the time.
+# A compiler can be wrong in one profile only. Optimisation across crates would take longer than the
+# tests.
 CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_DEBUG=0 \
     cargo test --release --package ddem-core --package ddem-cut --package ddem-joint --package ddem-mesh --package ddem-mechanics --locked
 DDEM_CLI="${CARGO_TARGET_DIR:-$PWD/target}/debug/ddem"
