@@ -1,6 +1,6 @@
 //! Nonconforming joints in which all pairs hold: elastic springs without history.
 //!
-//! Their failure is checked for many pairs at once.
+//! Their failure is checked for four pairs at once.
 
 use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;

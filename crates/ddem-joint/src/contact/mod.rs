@@ -21,7 +21,7 @@
 //! | `patch` | points, axes and forces of a patch |
 //! | `fixed` | points fixed to nodes or rigid bodies, to which their forces go |
 //! | `matched` | pairs of two faces with equal corners |
-//! | `history` | transfer of history from old points to new ones |
+//! | `history_transfer` | transfer of history from old points to new ones |
 //! | `forces`, `four_pairs` | forces of the points, of four at a time |
 //! | `bond`, `bond_groups` | nonconforming joints, and those of two cells as one |
 //! | `holding` | nonconforming joints in which all pairs hold |
