@@ -1,6 +1,7 @@
 //! Masses of the nodes of a pack.
 
 use crate::Geometry;
+use crate::assembly::Assembly;
 use crate::pack::Pack;
 use ddem_mechanics::math::lanes::Lanes;
 
@@ -39,6 +40,16 @@ pub struct Moments {
     pub second: [Lanes; 6],
     /// 1 without mass, else 0. A lane has no mass if it has no block or its block is removed.
     pub empty: Lanes,
+}
+
+impl Assembly {
+    /// Parts of the nodes of a pack in the nodes that they are tied to, if some may be tied.
+    #[inline]
+    #[must_use]
+    pub fn shares(&self, pack: usize) -> Option<&[Lanes]> {
+        let inertia = &self.inertia[self.pack_inertia[pack] as usize];
+        inertia.tied.as_ref().map(|tied| &tied.share[..])
+    }
 }
 
 impl Inertia {

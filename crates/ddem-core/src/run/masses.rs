@@ -63,6 +63,10 @@ impl Simulation {
         let mut largest: f64 = 0.0;
         for broken in [false, true].into_iter().filter(|&broken| !broken || has_failed) {
             let mut broken_joints = self.model.tangent(broken);
+            // Failed nonconforming joints are as stiff as before.
+            if broken && broken_joints.packs.iter().all(Option::is_none) {
+                continue;
+            }
             let found = largest_clustered(
                 &self.model,
                 &mut masses,

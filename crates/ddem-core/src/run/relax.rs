@@ -255,7 +255,7 @@ impl Simulation {
             progress.since_restart *= u64::from(!progress.has_rotated);
         }
         if progress.has_rotated {
-            preconditioner.turn(&self.scratch.frames);
+            preconditioner.turn(&self.model, &self.scratch.frames);
         }
         let restart = progress.since_restart == 0 || power < 0.0;
         progress.since_restart *= u64::from(!restart);

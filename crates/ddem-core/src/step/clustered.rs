@@ -6,7 +6,7 @@ use fearless_simd::dispatch;
 
 use crate::error::RunError;
 use crate::model::Model;
-use crate::step::preconditioner::{Preconditioner, accelerations};
+use crate::step::preconditioner::{BondPoints, Preconditioner, Present, accelerations};
 use crate::step::scratch::Scratch;
 use crate::step::timestep::start;
 use crate::step::{FirstPass, internal_forces};
@@ -38,6 +38,7 @@ pub(crate) fn largest_clustered(
     let n = 3 * model.packs.nodes;
     let (mut x, mut next) = (start(model, n), vec![Lanes::ZERO; n]);
     preconditioner.start_bonds(model, &mut x);
+    let mut points = BondPoints::new(model);
     let mut sums = vec![[0.0; 3]; model.packs.packs.len()];
     let rest = vec![[Pose::default(); LANES]; model.packs.rigid];
     let (mut largest, mut growth) = (0.0, 0.0);
@@ -50,16 +51,16 @@ pub(crate) fn largest_clustered(
         }
         internal_forces(FirstPass::linear(model, &x), broken_joints, scratch);
         preconditioner.set_bond_forces(model, &x, &mut scratch.f);
-        preconditioner.respond(model, &rest, &scratch.f, &[], scratch.level);
+        points.add_forces(model, &x, &mut scratch.f);
+        preconditioner.respond(model, &rest, &scratch.f, &[], None, scratch.level);
         let preconditioner = &*preconditioner;
         // y = K x = −f; x⁺ = M⁻¹y. λ ≈ (y·M⁻¹y)/(x·y): a Rayleigh quotient of the square.
         let (f, level) = (&scratch.f, scratch.level);
         each_pack(&model.packs, [&mut x, &mut next], &mut sums, |pack, [x, next], sums| {
-            dispatch!(level, simd => accelerations(simd, model, None, preconditioner, pack, f, next));
+            dispatch!(level, simd => accelerations(simd, model, Present::default(), preconditioner, pack, f, next));
             *sums = [0.0; 3];
             let f = &f[node_start(&model.packs, pack)..];
-            let class = model.assembly.pack_inertia[pack] as usize;
-            let shares = model.assembly.inertia[class].tied.as_ref().map(|tied| &tied.share);
+            let shares = model.assembly.shares(pack);
             for (at, ((f, x), next)) in f.iter().zip(x).zip(next).enumerate() {
                 for lane in 0..LANES {
                     let (y, m) = (-f.0[lane], -next.0[lane]);
@@ -103,12 +104,12 @@ pub(crate) fn largest_of_gases(
         for (node, area) in nodes.iter().zip(areas) {
             model.set(&mut scratch.f, *node as usize, (*area).into());
         }
-        preconditioner.respond(model, &rest, &scratch.f, &[], scratch.level);
+        preconditioner.respond(model, &rest, &scratch.f, &[], None, scratch.level);
         for &pack in &walls {
             let range = node_start(&model.packs, pack)..node_start(&model.packs, pack + 1);
             response[range.clone()].fill(Lanes::ZERO);
             dispatch!(scratch.level, simd => {
-                accelerations(simd, model, None, preconditioner, pack, &scratch.f, &mut response[range.clone()])
+                accelerations(simd, model, Present::default(), preconditioner, pack, &scratch.f, &mut response[range.clone()])
             });
         }
         let with = |(nodes, other, areas): &(Vec<u32>, f64, Vec<Vec3>)| {

@@ -169,7 +169,7 @@ impl<'a> PackContext<'a> {
             class: &step.motion.classes[class],
             mass: &model.assembly.inertia[class].mass,
             weight: pack_weight(model, index),
-            share: model.assembly.inertia[class].tied.as_ref().map(|tied| &tied.share[..]),
+            share: model.assembly.shares(index),
             supports: step.supports(index),
             dashpots: Dashpots { list, boundary_forces, velocities, first },
         }

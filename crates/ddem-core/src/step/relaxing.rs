@@ -11,7 +11,7 @@ use crate::model::Model;
 use crate::state::State;
 use crate::state::profile::Phase;
 use crate::step::frames::{fit_pack, frame_of};
-use crate::step::preconditioner::{self, Preconditioner};
+use crate::step::preconditioner::{self, Preconditioner, Present};
 use crate::step::scratch::{Relaxing, Scratch};
 use ddem_mechanics::math::lanes::{Lanes, splat};
 use ddem_mechanics::math::sums::{NodeSums, StepSums, Sum};
@@ -28,8 +28,9 @@ pub(crate) fn advance_relaxing(
     scratch: &mut Scratch,
 ) -> StepSums {
     let span = scratch.profiler.begin();
-    let Scratch { f, bodies, level, .. } = &*scratch;
-    preconditioner.respond(model, &state.poses, f, bodies, *level);
+    let Scratch { f, bodies, frames, level, .. } = &*scratch;
+    let rotated = model.corotational().then_some((&state.u[..], &frames[..]));
+    preconditioner.respond(model, &state.poses, f, bodies, rotated, *level);
     let preconditioner = &*preconditioner;
     let (fields, f, runs, level) = scratch.relaxing(state);
     spread(&model.packs, runs, fields, &|run, mut fields: Relaxing<'_>| {
@@ -98,10 +99,10 @@ fn run_relaxing<S: Simd>(
         let pack = &packs.packs[index];
         let poses = pack.rigid.then(|| &fields.poses[pack.rigid_start - first_rigid]);
         let q = &mut q[..u.len()];
-        preconditioner::accelerations(simd, model, poses, preconditioner, index, f, q);
+        let present = Present { poses, u: model.corotational().then_some(&*u) };
+        preconditioner::accelerations(simd, model, present, preconditioner, index, f, q);
         let row = packs.numbering_of(pack).divisions + 1;
-        let class = model.assembly.pack_inertia[index] as usize;
-        let shares = model.assembly.inertia[class].tied.as_ref().map(|tied| &tied.share[..]);
+        let shares = model.assembly.shares(index);
         let nodes = RelaxingNodes { row, start: nodes.start, f, q, shares };
         let sums = match shares {
             Some(_) => move_nodes::<S, true>(simd, [a, b], nodes, u, v),

@@ -1,16 +1,16 @@
-//! Relaxation of rigid cells: the number of steps hardly grows with the number of cells, and contacts
-//! that are found on the way change neither bits nor momentum.
+//! Relaxation of cells: the number of steps hardly grows with the number of cells, and contacts that are
+//! found on the way change neither bits nor momentum.
 
-use ddem_core::{Simd, Simulation};
+use ddem_core::{Damping, Simd, Simulation, TimeStep};
 
 use crate::rock_decks::built;
 
-/// Cube of rock with three scattered sets of joints a metre apart and an edge of `edge` metres, on
-/// rollers at its sides and below.
-fn rock(edge: f64) -> Simulation {
-    Simulation::new(built(&deck(edge, "")).model())
+fn simulation(deck: &str) -> Simulation {
+    Simulation::new(built(deck).model())
 }
 
+/// Cube of rigid rock with three scattered sets of joints a metre apart and an edge of `edge` metres,
+/// on rollers at its sides and below.
 fn deck(edge: f64, strength: &str) -> String {
     let set = |dip: f64, direction: f64| {
         format!(
@@ -52,27 +52,56 @@ fn deck(edge: f64, strength: &str) -> String {
     )
 }
 
-fn steps(edge: f64) -> (usize, u64, Simulation) {
-    let mut simulation = rock(edge);
+/// The same of deformable cells, on joints of a normal stiffness in GPa/m.
+fn deformable(edge: f64, stiffness: f64) -> String {
+    let springs =
+        format!("normal_stiffness = {stiffness}e9\nshear_stiffness = {}e9\n", 0.4 * stiffness);
+    let stiff = "normal_stiffness = 5e9\n        shear_stiffness = 2e9\n";
+    let deck = deck(edge, "").replace("body = 'rigid'", "");
+    assert!(deck.contains(stiff));
+    deck.replace(stiff, &springs)
+}
+
+fn steps(deck: &str) -> (usize, u64, Simulation) {
+    let mut simulation = simulation(deck);
     let steps = simulation.relax(1e-5, 5000).unwrap_or_else(|error| panic!("{error}"));
     (simulation.model().n_whole_blocks(), steps, simulation)
 }
 
+fn largest(simulation: &Simulation) -> f64 {
+    let u = simulation.displacements();
+    u.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()))
+}
+
+/// Asserts that a simulation at rest has the largest displacement of one that is relaxed further.
+fn assert_at_rest(at_rest: &Simulation, deck: &str) {
+    let mut exact = simulation(deck);
+    exact.relax(1e-9, 10_000).unwrap_or_else(|error| panic!("{error}"));
+    let off = largest(at_rest) / largest(&exact) - 1.0;
+    assert!(off.abs() < 1e-3, "{off:e}");
+}
+
 #[test]
 fn steps_hardly_grow_with_the_number_of_cells() {
-    let (few_cells, few, _) = steps(4.0);
-    let (many_cells, many, simulation) = steps(8.0);
+    let (few_cells, few, _) = steps(&deck(4.0, ""));
+    let (many_cells, many, at_rest) = steps(&deck(8.0, ""));
     println!("{few_cells} and {many_cells} cells: {few} and {many} steps");
     // Without smooth motions they take more than a hundred.
     assert!(few < 80 && many < 80, "{few} and {many} steps");
-    let mut exact = rock(8.0);
-    exact.relax(1e-9, 10_000).unwrap_or_else(|error| panic!("{error}"));
-    let largest = |simulation: &Simulation| {
-        let u = simulation.displacements();
-        u.iter().flatten().fold(0.0, |most: f64, x| most.max(x.abs()))
-    };
-    let off = largest(&simulation) / largest(&exact) - 1.0;
-    assert!(off.abs() < 1e-3, "{off:e}");
+    assert_at_rest(&at_rest, &deck(8.0, ""));
+}
+
+/// On soft joints cells move as rigid bodies, and on stiff ones they deform together.
+#[test]
+fn steps_of_deformable_cells_hardly_grow_with_their_number() {
+    for stiffness in [1.0, 200.0] {
+        let (few_cells, few, at_rest) = steps(&deformable(3.0, stiffness));
+        assert_at_rest(&at_rest, &deformable(3.0, stiffness));
+        let (many_cells, many, _) = steps(&deformable(6.0, stiffness));
+        println!("{few_cells} and {many_cells} cells: {few} and {many} steps");
+        // Eight times as many nodes.
+        assert!(2 * many < 3 * few && few < 500, "{few} and {many} steps");
+    }
 }
 
 /// Joints of friction fail, and contacts replace some of them from step to step. A run that continues
@@ -80,7 +109,14 @@ fn steps_hardly_grow_with_the_number_of_cells() {
 #[test]
 fn masses_of_cells_that_meet_are_those_of_a_resumed_run() {
     let roller = "[[fix]]\nwhere = { x = 4 }\naxes = 'x'\n";
-    let text = deck(4.0, "friction = 60.0").replace(roller, "");
+    let rigid = deck(4.0, "friction = 60.0").replace(roller, "");
+    assert!(assert_resumes(&rigid) > 0, "cells meet");
+    assert_resumes(&rigid.replace("body = 'rigid'", ""));
+}
+
+/// Asserts that a run that continues where half of its contacts have been found, or halfway without
+/// any, has the bits of one that goes on. Returns the number of contacts.
+fn assert_resumes(text: &str) -> usize {
     let take = |simulation: &mut Simulation, steps: usize| -> Vec<usize> {
         let step = |_| {
             simulation.relax_step(1e-6).unwrap_or_else(|error| panic!("{error}"));
@@ -88,18 +124,71 @@ fn masses_of_cells_that_meet_are_those_of_a_resumed_run() {
         };
         (0..steps).map(step).collect()
     };
-    let mut whole = Simulation::new(built(&text).model());
+    let mut whole = simulation(text);
     let points = take(&mut whole, 300);
     let half = points.iter().position(|&points_now| 2 * points_now > points[299]);
-    let half = half.expect("cells meet") + 1;
-    let mut part = Simulation::new(built(&text).model());
+    let half = half.map_or(150, |half| half + 1);
+    let mut part = simulation(text);
     take(&mut part, half);
     let saved = part.save();
-    let resumed = Simulation::restore(built(&text).model(), Simd::default(), &saved);
+    let resumed = Simulation::restore(built(text).model(), Simd::default(), &saved);
     let mut resumed = resumed.unwrap_or_else(|error| panic!("{error}"));
     take(&mut resumed, 300 - half);
     let bits = |simulation: &Simulation| {
         simulation.displacements().iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>()
     };
     assert!(bits(&resumed) == bits(&whole), "resumed after {half} steps");
+    points[299]
+}
+
+/// A column of two cells on a floor under a tilted gravity topples and lies on it, turned by a right
+/// angle, where it is relaxed. The floor carries the weight of all: 42 m³ of rock.
+#[test]
+fn toppled_cells_come_to_rest() {
+    let plane = |dip: f64, through: [f64; 3]| {
+        format!(
+            "[[cut]]
+            joint = 'seam'
+            plane = {{ dip = {dip}, dip_direction = 90, through = {through:?} }}\n"
+        )
+    };
+    let text = format!(
+        "model.gravity = [2.5, 0, -9]
+        materials.rock = {{ density = 2400, young = 1e8, poisson = 0.25 }}
+        joints.seam = {{ normal_stiffness = 2e6, shear_stiffness = 1e6, friction = 40 }}
+        [[region]]
+        box = {{ from = [-1, 0, -1], to = [14, 2, 6] }}
+        material = 'rock'
+        {}{}{}{}
+        [[remove]]
+        where = {{ x = [-1, 0], z = [0, 6] }}
+        [[remove]]
+        where = {{ x = [1, 14], z = [0, 6] }}
+        [[fix]]
+        where = {{ z = -1 }}
+        axes = 'xyz'
+        [[stage]]
+        name = 'fall'
+        kind = 'dynamic'
+        duration = 2.2",
+        plane(0.0, [0.0; 3]),
+        plane(90.0, [0.0; 3]),
+        plane(90.0, [1.0, 0.0, 0.0]),
+        plane(0.0, [0.0, 0.0, 3.0]),
+    );
+    let mut simulation = simulation(&text);
+    simulation.start(Damping::Local(0.2), TimeStep::Auto, None).unwrap();
+    while simulation.time() < 2.2 {
+        simulation.step().unwrap();
+    }
+    simulation.relax(1e-6, 20_000).unwrap_or_else(|error| panic!("{error}"));
+    let moved = simulation.displacements().iter().map(|u| u[0]).fold(0.0, f64::max);
+    assert!(moved > 5.0, "the column lies {moved} m down the slope");
+    let all: Vec<u32> = (0..simulation.model().n_nodes() as u32).collect();
+    let force = simulation.reaction(&all);
+    let weight = 42.0 * 2400.0;
+    for (axis, gravity) in [(0, 2.5), (2, -9.0)] {
+        let off = force[axis] / (-gravity * weight) - 1.0;
+        assert!(off.abs() < 1e-4, "axis {axis}: {off:e}");
+    }
 }

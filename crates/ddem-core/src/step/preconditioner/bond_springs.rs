@@ -88,13 +88,6 @@ impl BondSprings {
         Self { springs, cells }
     }
 
-    /// True if all nonconforming joints of a model are between rigid cells.
-    pub(super) fn are_all(&self, model: &Model) -> bool {
-        let exists = |&block: &u32| !model.geometry.is_removed(block as usize);
-        let joints = model.bonded_patches.iter();
-        joints.filter(|joint| joint.patch.blocks.iter().all(exists)).count() == self.springs.len()
-    }
-
     /// Sets displacements of the cells that favour no mode.
     pub(super) fn start(&self, model: &Model, rigid: &RigidMasses, x: &mut [Lanes]) {
         let mut random = XorShift(0x9E37_79B9_7F4A_7C15);

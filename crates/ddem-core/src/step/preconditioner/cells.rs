@@ -2,12 +2,16 @@
 
 use std::collections::HashMap;
 
-use super::smooth::SmoothMotions;
-use super::springs::patches_of_bodies;
+use super::smooth::{SmoothBody, SmoothMotions, smooth_bodies};
+use super::springs::{joins_cells, patches_of_bodies};
 use super::{ContactMasses, MassContext, Preconditioner};
 use crate::model::Model;
 use ddem_joint::contact::bounds_at_nodes;
 use ddem_mesh::PartShape;
+
+/// Factor of the smooth motions if there are deformable cells. These take part twice, and have rigid
+/// motions besides. More saves steps on stiff joints and costs steps on soft ones.
+const OF_CELLS: f64 = 0.15;
 
 impl Preconditioner {
     /// Adds contacts to the masses of more rigid cells. Other masses stay as they are, to the bit.
@@ -41,12 +45,52 @@ impl Preconditioner {
         self.smooth.iter_mut().for_each(|smooth| smooth.scale(self.factor));
     }
 
+    /// Finds the smooth motions, if the contacts of the masses allow for any. Deformable cells take part
+    /// twice. On soft joints they move as rigid bodies; on stiff ones their nodes move together.
     pub(super) fn find_smooth_motions(&mut self, model: &Model, held: &HashMap<u32, [bool; 3]>) {
-        let exist =
-            self.contact_masses.smooth && self.bonds.are_all(model) && !has_deformable_cells(model);
-        let motions = || SmoothMotions::new(model, held, &self.rigid, &self.springs);
-        self.smooth = exist.then(motions).flatten();
+        self.smooth.clear();
+        let exists = |&block: &u32| !model.geometry.is_removed(block as usize);
+        let mut joints = model.bonded_patches.iter().map(|joint| joint.patch.blocks);
+        let others = joints.any(|blocks| {
+            blocks.iter().all(exists) && !joins_cells(model, blocks.map(|block| block as usize))
+        });
+        if others || !self.contact_masses.smooth {
+            return;
+        }
+        let mut bodies: Vec<SmoothBody<'_>> = smooth_bodies(model, &self.rigid, &self.springs);
+        if self.cells.is_empty() {
+            self.smooth.extend(SmoothMotions::new(model, held, &bodies, false));
+            return;
+        }
+        let by_nodes = parts_are_elements(model);
+        let by_nodes = by_nodes.then(|| SmoothMotions::new(model, held, &bodies, true)).flatten();
+        bodies.extend(self.cells.smooth_bodies());
+        let as_bodies = SmoothMotions::new(model, held, &bodies, false);
+        self.smooth.extend([as_bodies, by_nodes].into_iter().flatten());
+        self.smooth.iter_mut().for_each(|smooth| smooth.scale(OF_CELLS));
     }
+}
+
+/// True if the parts of all deformable cells are single elements, whose corners are all their nodes.
+fn parts_are_elements(model: &Model) -> bool {
+    let is_part = |block: u32| model.geometry.part(block as usize).is_some();
+    let packs = model.packs.packs.iter().filter(|pack| !pack.rigid && is_part(pack.blocks[0]));
+    packs.map(|pack| model.packs.numbering_of(pack).divisions).all(|divisions| divisions == 1)
+}
+
+/// Upper bounds of the stiffness of contacts at each node of deformable cells `[N/m]`.
+pub(super) fn contact_bounds(model: &Model, contact_masses: &ContactMasses) -> Vec<f64> {
+    let geometry = &model.geometry;
+    let Some(contact) = model.contact.as_ref().filter(|contact| contact.search) else {
+        return Vec::new();
+    };
+    if !contact_masses.exist() || !model.has_cells() {
+        return Vec::new();
+    }
+    let deformable = |block: usize| !geometry.is_rigid(block);
+    let (surfaces, blocks) = (Some(&contact.surfaces), &contact.blocks);
+    let bounds = bounds_at_nodes(&[], surfaces, blocks, geometry, &deformable);
+    bounds.into_iter().map(|[stiffness, _]| 2.0 * stiffness).collect()
 }
 
 /// Upper bounds of the stiffness of springs at each node of parts of cells `[N/m]`, the two sides and
@@ -82,10 +126,4 @@ pub(super) fn bond_bounds(
 pub(super) fn is_part_of(model: &Model, cells: &[u32], block: usize) -> bool {
     let is_one = |part: &PartShape| cells.binary_search(&part.cell).is_ok();
     model.geometry.part(block).is_some_and(is_one)
-}
-
-/// True if some cells are deformable.
-fn has_deformable_cells(model: &Model) -> bool {
-    let is_cell = |block: u32| model.geometry.part(block as usize).is_some();
-    model.packs.packs.iter().any(|pack| !pack.rigid && is_cell(pack.blocks[0]))
 }

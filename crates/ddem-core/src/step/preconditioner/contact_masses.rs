@@ -12,8 +12,9 @@ use ddem_mechanics::law::SpringStiffness;
 pub(crate) struct ContactMasses {
     /// True if contacts may be on faces without a joint, other than those of rigid cells.
     any: bool,
-    /// True if smooth motions of many blocks are those of neighbours: deformable blocks that touch are
-    /// still joined as at the start, and rigid ones touch only what was beside them.
+    /// True if smooth motions of many blocks are those of neighbours: deformable blocks of sets that
+    /// touch are still joined as at the start, and rigid blocks and cells touch only what was beside
+    /// them.
     pub(crate) smooth: bool,
     /// True if contacts may replace joints, some of which have moved.
     pub(super) released: bool,
@@ -47,11 +48,12 @@ impl ContactMasses {
         cells.extend(contacts.touching().flatten().filter_map(cell));
         cells.sort_unstable();
         cells.dedup();
-        let rigid = packs.iter().all(|pack| pack.rigid);
+        let is_cell = |block: u32| model.geometry.part(block as usize).is_some();
+        let are_loose = packs.iter().all(|pack| pack.rigid || is_cell(pack.blocks[0]));
         // Contacts of rigid cells count for the cells that have some.
         let others = packs.iter().any(|pack| cell(pack.blocks[0]).is_none());
         let any = others && (met || model.open_surfaces().is_some());
-        let neighbours = if rigid { contacts.are_of_neighbours(&contact.blocks) } else { !met };
+        let neighbours = if are_loose { contacts.are_of_neighbours(&contact.blocks) } else { !met };
         Self { any, released, smooth: smooth && neighbours, cells }
     }
 

@@ -6,11 +6,15 @@
 //! model. The number of steps then does not depend on the joint thickness. A node inside a block is
 //! a cluster of one.
 
+mod bond_points;
 mod bond_springs;
+mod cell_masses;
+mod cell_motions;
 mod cells;
 mod contact_masses;
 mod coupling;
 mod rigid;
+mod rows;
 mod smooth;
 mod springs;
 mod turning;
@@ -31,38 +35,16 @@ use ddem_mechanics::rigid::Pose;
 use ddem_mesh::assembly::Element;
 use ddem_mesh::pack::{Neighbours, Packs};
 
+pub(crate) use bond_points::BondPoints;
 use bond_springs::BondSprings;
-use cells::{bond_bounds, is_part_of};
+use cell_motions::CellMotions;
+use cells::{bond_bounds, contact_bounds, is_part_of};
 pub(crate) use contact_masses::ContactMasses;
-use coupling::{across, inverse_row};
 use rigid::RigidMasses;
+use rows::{InverseMassRows, NodeMasses, Partner};
 use smooth::SmoothMotions;
 use springs::{SpringSum, patches_of_bodies};
 pub(crate) use turning::has_rotated;
-
-/// Partner of a node across the directions of `part`, bits 1 = x, 2 = y, 4 = z.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Partner {
-    /// Directions that are crossed.
-    part: usize,
-    /// Index of the partner's block in [`Preconditioner::beside`].
-    beside: usize,
-    /// Local node number in the partner's block.
-    local: usize,
-}
-
-/// Rows of the inverse masses of a pack's nodes.
-#[derive(Clone, Debug, Default)]
-pub(super) struct InverseMassRows {
-    /// First row of each node, shape `(nodes + 1)`.
-    pub(super) start: Vec<u32>,
-    /// Partners of each row; the first row of a node is its own.
-    pub(super) partner: Vec<Partner>,
-    /// Three components per row `[m/N]`.
-    pub(super) rows: Vec<Lanes>,
-    /// Weight of the rotation of each row's block in the mean rotation of its cluster.
-    rotation_weights: Vec<Lanes>,
-}
 
 /// State of a running relaxation.
 #[derive(Clone, Debug)]
@@ -71,10 +53,8 @@ pub(crate) struct Relaxation {
     pub(crate) preconditioner: Preconditioner,
 }
 
-/// Marker for a pack of rigid blocks.
-const NO_CLASS: u32 = u32::MAX;
-/// Number of packs whose masses are computed together.
-const TOGETHER: usize = 1024;
+/// Corners with x fastest in VTK's order, and back.
+const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
 
 /// Coupling `K[(a, c), (a ^ r, c)]` of one element, by corner a, partner bits r, component c.
 type Coupling = [[[f64; 3]; 8]; 8];
@@ -94,11 +74,10 @@ struct MassContext<'a> {
     contact_masses: &'a ContactMasses,
 }
 
-/// Inverse masses of all packs; equal ones are stored once.
+/// Inverse masses of a model.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Preconditioner {
-    pub(super) classes: Vec<InverseMassRows>,
-    pub(super) of_pack: Vec<u32>,
+    nodes: NodeMasses,
     /// Masses of rigid bodies, and their motions; [`respond`](Self::respond) computes them.
     rigid: RigidMasses,
     /// Springs around each rigid body.
@@ -116,7 +95,9 @@ pub(crate) struct Preconditioner {
     /// Frames of the packs, if masses rotate with them.
     pub(crate) frames: Vec<Frame>,
     /// Smooth motions of many blocks, unless blocks meet that are not joined.
-    smooth: Option<SmoothMotions>,
+    smooth: Vec<SmoothMotions>,
+    /// Deformable cells as rigid bodies.
+    cells: CellMotions,
 }
 
 impl Preconditioner {
@@ -144,23 +125,12 @@ impl Preconditioner {
         let packs = 0..model.packs.packs.len();
         let beside = packs.into_par_iter().map(|pack| beside(model, pack)).collect();
         let mut preconditioner = Self { beside, factor: 1.0, ..Self::default() };
-        let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
-        let packs = &model.packs.packs;
-        preconditioner.of_pack = vec![NO_CLASS; packs.len()];
-        let deformable: Vec<usize> = (0..packs.len()).filter(|&pack| !packs[pack].rigid).collect();
-        for packs in deformable.chunks(TOGETHER) {
-            if stop() {
-                return Err(RunError::Stopped);
-            }
-            // Equal masses are dropped after each group of packs, so that memory stays small.
-            let made = packs.par_iter().map(|&pack| InverseMassRows::new(around, pack));
-            for (mass, &pack) in made.collect::<Result<Vec<_>, _>>()?.into_iter().zip(packs) {
-                preconditioner.of_pack[pack] = preconditioner.class(mass, &mut known);
-            }
-        }
+        preconditioner.nodes = NodeMasses::new(around, stop)?;
         let patches = patches_of_bodies(model);
         (preconditioner.rigid, preconditioner.springs) = RigidMasses::new(around, &patches);
         preconditioner.bonds = BondSprings::new(model, &preconditioner.rigid, &patches);
+        let contacts = contact_bounds(model, &contact_masses);
+        preconditioner.cells = CellMotions::new(around, &contacts);
         preconditioner.contact_masses = contact_masses;
         preconditioner.find_smooth_motions(model, held);
         if patches.is_empty() {
@@ -170,21 +140,9 @@ impl Preconditioner {
         Ok(preconditioner)
     }
 
-    /// Number of the class of some masses; `known` holds those so far.
-    fn class(&mut self, mass: InverseMassRows, known: &mut HashMap<Vec<u64>, u32>) -> u32 {
-        let parts = mass.partner.iter().map(|p| p.part as u64);
-        let numbers = mass.rows.iter().flat_map(|row| row.0.map(f64::to_bits));
-        let key = parts.chain(numbers).collect();
-        let classes = &mut self.classes;
-        *known.entry(key).or_insert_with(|| {
-            classes.push(mass);
-            classes.len() as u32 - 1
-        })
-    }
-
     /// True if the masses contain smooth motions of many blocks.
     pub(crate) fn is_smooth(&self) -> bool {
-        self.smooth.is_some()
+        !self.smooth.is_empty()
     }
 
     /// Sets displacements of rigid cells that favour no mode.
@@ -208,10 +166,9 @@ impl Preconditioner {
     /// Multiplies all inverse masses by a factor.
     fn scale(&mut self, factor: f64) {
         self.factor *= factor;
-        for row in self.classes.iter_mut().flat_map(|class| &mut class.rows) {
-            row.0.iter_mut().for_each(|x| *x *= factor);
-        }
+        self.nodes.scale(factor);
         self.rigid.scale(factor);
+        self.cells.scale(factor);
         self.smooth.iter_mut().for_each(|smooth| smooth.scale(factor));
     }
 
@@ -266,55 +223,28 @@ fn beside(model: &Model, pack: usize) -> [Neighbours; 27] {
 }
 
 fn coupling(element: &Element) -> Coupling {
-    // Conversion of corners with x fastest to VTK order.
-    const VTK: [usize; 8] = [0, 1, 3, 2, 4, 5, 7, 6];
     let dense = element.modal.dense();
     std::array::from_fn(|a| {
         std::array::from_fn(|r| [0, 1, 2].map(|c| dense[(3 * VTK[a] + c, 3 * VTK[a ^ r] + c)]))
     })
 }
 
-impl InverseMassRows {
-    fn new(around: MassContext<'_>, index: usize) -> Result<Self, RunError> {
-        let model = around.model;
-        let pack = &model.packs.packs[index];
-        let n = model.packs.numbering_of(pack).divisions;
-        let mut mass = Self { start: vec![0], ..Self::default() };
-        let steps =
-            (0..=n).flat_map(|k| (0..=n).flat_map(move |j| (0..=n).map(move |i| [i, j, k])));
-        for at in steps {
-            let mut rows = [[[0.0; 3]; 8]; LANES];
-            for (row, &block) in rows.iter_mut().zip(&pack.blocks).take(pack.filled) {
-                *row = inverse_row(around, block as usize, at)?;
-            }
-            let first = mass.partner.len();
-            for part in 0..8 {
-                let used = rows.iter().any(|row| row[part] != [0.0; 3]);
-                if part != 0 && !used {
-                    continue;
-                }
-                let crossed = (0..3).filter(|d| part >> d & 1 == 1);
-                let beside = crossed.map(|d| POWERS[d] * if at[d] == n { 1 } else { 2 }).sum();
-                let there = across(at, part, n);
-                let local = there[0] + (n + 1) * (there[1] + (n + 1) * there[2]);
-                mass.partner.push(Partner { part, beside, local });
-                mass.rows.extend((0..3).map(|c| Lanes(rows.map(|row| row[part][c]))));
-            }
-            debug_assert!(first < mass.partner.len());
-            mass.start.push(mass.partner.len() as u32);
-        }
-        mass.share_rotations();
-        Ok(mass)
-    }
+/// Present positions of a pack; the default is at rest.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Present<'a> {
+    /// Poses of its blocks if they are rigid and have rotated.
+    pub(super) poses: Option<&'a [Pose; LANES]>,
+    /// Displacements of its nodes, if its blocks may have rotated.
+    pub(super) u: Option<&'a [Lanes]>,
 }
 
-/// Computes `M⁻¹ F` at the nodes of a pack. `f` holds the forces of all nodes, and `poses` those of
-/// its blocks if they are rigid and have rotated. [`Preconditioner::respond`] comes before.
+/// Computes `M⁻¹ F` at the nodes of a pack. `f` holds the forces of all nodes.
+/// [`Preconditioner::respond`] comes before.
 #[simd]
 pub(super) fn accelerations<S: Simd>(
     simd: S,
     model: &Model,
-    poses: Option<&[Pose; LANES]>,
+    at: Present<'_>,
     preconditioner: &Preconditioner,
     index: usize,
     f: &[Lanes],
@@ -323,19 +253,20 @@ pub(super) fn accelerations<S: Simd>(
     let packs = &model.packs;
     let pack = &packs.packs[index];
     if pack.rigid {
-        rigid::accelerations(simd, model, poses, &preconditioner.rigid, index, out);
+        rigid::accelerations(simd, model, at.poses, &preconditioner.rigid, index, out);
         return;
     }
-    if preconditioner.frames.is_empty() {
+    let is_cell = model.geometry.part(pack.blocks[0] as usize).is_some();
+    if preconditioner.frames.is_empty() || is_cell {
         cluster_accelerations(simd, packs, preconditioner, index, f, out);
     } else {
         let frames = &preconditioner.frames;
         turning::accelerations(simd, model, frames, preconditioner, index, f, out);
     }
-    if let Some(smooth) = &preconditioner.smooth {
-        let class = &preconditioner.classes[preconditioner.of_pack[index] as usize];
-        let n = packs.numbering_of(pack).divisions;
-        smooth.add(simd, class, index, n, out);
+    let class = preconditioner.nodes.of(index);
+    preconditioner.cells.add_to_nodes(simd, packs, class, index, at.u, out);
+    for smooth in &preconditioner.smooth {
+        smooth.add(simd, model, class, index, out);
     }
 }
 
@@ -349,7 +280,7 @@ fn cluster_accelerations<S: Simd>(
     f: &[Lanes],
     out: &mut [Lanes],
 ) {
-    let class = &preconditioner.classes[preconditioner.of_pack[index] as usize];
+    let class = preconditioner.nodes.of(index);
     for node in 0..out.len() / 3 {
         let mut sum = zero(simd);
         for row in class.start[node] as usize..class.start[node + 1] as usize {

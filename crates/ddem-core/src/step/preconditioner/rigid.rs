@@ -246,7 +246,7 @@ fn supported<'a>(
     })
 }
 
-fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
+pub(super) fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
     let SymmetricEigen { eigenvalues, eigenvectors } = matrix.symmetric_eigen();
     let mut inverse = Matrix6::zeros();
     for (value, vector) in eigenvalues.iter().zip(eigenvectors.column_iter()) {

@@ -1,4 +1,4 @@
-//! Stiffness of the springs around a rigid body: its joints and contacts.
+//! Stiffness of the springs around a body: its joints and contacts.
 
 use nalgebra::{Matrix3, Matrix3x6, Matrix6};
 
@@ -11,18 +11,20 @@ use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::law::SpringStiffness;
 use ddem_mesh::{BodyPart, Vec3};
 
-/// Nonconforming joint of a rigid cell.
+/// Nonconforming joint of a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct BodyPatch {
     /// Number of the joint.
     pub(super) joint: u32,
     /// Side of the cell in it.
     pub(super) side: u8,
-    /// Body on the other side, if it is a rigid cell too.
+    /// Cell on the other side, if it is one of the same cells.
     pub(super) other: Option<u32>,
+    /// True if both sides are cells. The search for the largest eigenvalue has these joints.
+    joins_cells: bool,
 }
 
-/// Stiffness of the springs around a rigid body.
+/// Stiffness of the springs around a body.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SpringSum {
     /// Stiffness against the six motions of the body with its neighbours at rest. Rotations are
@@ -31,6 +33,8 @@ pub(super) struct SpringSum {
     /// Stiffness against a uniform strain `(xx, yy, zz, xy, xz, yz)` in which the body and its
     /// neighbours move as rigid bodies, the part of this body `[N m]`.
     pub(super) moduli: Matrix6<f64>,
+    /// Stiffness of the elements at held nodes against the six motions.
+    pub(super) held: Matrix6<f64>,
 }
 
 impl SpringSum {
@@ -112,19 +116,19 @@ impl SpringSum {
         sum
     }
 
-    /// Adds the points of a joint. Joints to others than rigid cells count twice, for the motion of
-    /// the other side, because the largest eigenvalue is found without them.
-    fn add_patch(
+    /// Adds the points of a joint. Joints to others than cells count twice, for the motion of the other
+    /// side, because the largest eigenvalue is found without them.
+    pub(super) fn add_patch(
         &mut self,
         model: &Model,
-        BodyPatch { joint, side, other }: BodyPatch,
+        BodyPatch { joint, side, joins_cells, .. }: BodyPatch,
         blocks: &[ContactBlock],
         centre: &Vec3,
         size: f64,
     ) {
         let patch = &model.bonded_patches[joint as usize].patch;
         let side = usize::from(side);
-        let per_area = per_area(patch) * if other.is_some() { 1.0 } else { 2.0 };
+        let per_area = per_area(patch) * if joins_cells { 1.0 } else { 2.0 };
         for point in &patch.points {
             let on = &point.points[side];
             let (at, _) = blocks[on.block(patch.blocks[side])].rest_point(on);
@@ -132,8 +136,8 @@ impl SpringSum {
         }
     }
 
-    /// Adds a spring with the stiffness `k` at the end of an arm from the centre of mass.
-    fn add(&mut self, k: &Matrix3<f64>, arm: &Vec3, size: f64) {
+    /// Adds a spring with the stiffness `k` at the end of an arm from the centre.
+    pub(super) fn add(&mut self, k: &Matrix3<f64>, arm: &Vec3, size: f64) {
         let moved = point_motion(arm, size);
         self.stiffness += moved.transpose() * k * moved;
         // A neighbour is twice as far as the spring. Each of the two has half of the energy.
@@ -145,6 +149,14 @@ impl SpringSum {
             0.0, 0.0, z, 0.0, x, y,
         );
         self.moduli += strained.transpose() * k * strained * 2.0;
+    }
+
+    /// Adds a held node with the stiffnesses `k` along the axes at the end of an arm.
+    pub(super) fn hold(&mut self, k: Vec3, arm: &Vec3, size: f64) {
+        let moved = point_motion(arm, size);
+        let own = moved.transpose() * Matrix3::from_diagonal(&k) * moved;
+        self.stiffness += own;
+        self.held += own;
     }
 }
 
@@ -170,8 +182,22 @@ pub(super) fn per_area(patch: &Patch) -> Matrix3<f64> {
 /// Nonconforming joints of each rigid cell.
 pub(super) fn patches_of_bodies(model: &Model) -> Vec<Vec<BodyPatch>> {
     let bodies = &model.assembly.bodies;
-    let mut patches = vec![Vec::new(); bodies.len()];
-    if bodies.is_empty() {
+    let body = |pack: usize, lane: usize| {
+        let pack = &model.packs.packs[pack];
+        let body = pack.rigid.then(|| bodies.body(pack.rigid_start, lane)).flatten();
+        body.map(|body| body as u32)
+    };
+    patches_of(model, bodies.len(), &body)
+}
+
+/// Nonconforming joints of each of some cells, whose number `cell` gives for a pack and lane.
+pub(super) fn patches_of(
+    model: &Model,
+    cells: usize,
+    cell: &dyn Fn(usize, usize) -> Option<u32>,
+) -> Vec<Vec<BodyPatch>> {
+    let mut patches = vec![Vec::new(); cells];
+    if cells == 0 {
         return patches;
     }
     for (number, joint) in model.bonded_patches.iter().enumerate() {
@@ -179,17 +205,26 @@ pub(super) fn patches_of_bodies(model: &Model) -> Vec<Vec<BodyPatch>> {
         if blocks.iter().any(|&block| model.geometry.is_removed(block)) {
             continue;
         }
+        let joins_cells = joins_cells(model, blocks);
         let both = blocks.map(|block| {
             let (pack, lane) = model.packs.slot(block);
-            let pack = &model.packs.packs[pack];
-            pack.rigid.then(|| bodies.body(pack.rigid_start, lane)).flatten()
+            cell(pack, lane)
         });
         for side in 0..2 {
-            if let Some(body) = both[side] {
-                let other = both[1 - side].map(|other| other as u32);
-                patches[body].push(BodyPatch { joint: number as u32, side: side as u8, other });
+            if let Some(own) = both[side] {
+                patches[own as usize].push(BodyPatch {
+                    joint: number as u32,
+                    side: side as u8,
+                    other: both[1 - side],
+                    joins_cells,
+                });
             }
         }
     }
     patches
+}
+
+/// True if both blocks of a joint are parts of cells.
+pub(super) fn joins_cells(model: &Model, blocks: [usize; 2]) -> bool {
+    blocks.iter().all(|&block| model.geometry.part(block).is_some())
 }

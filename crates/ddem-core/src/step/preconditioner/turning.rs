@@ -2,12 +2,13 @@
 //!
 //! If blocks have rotated far, the stiffness from which the masses follow has rotated with them. A
 //! mass is then `R M Rᵀ` with the mean rotation R of the cluster. R is the same for all members of
-//! the cluster, so that the mass stays symmetric.
+//! the cluster, so that the mass stays symmetric. Tied nodes of the parts of a cell need one mass, but
+//! the parts have their own rotations: there all components get the largest mass instead.
 
 use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
-use super::{InverseMassRows, Preconditioner};
+use super::{InverseMassRows, Preconditioner, SmoothMotions};
 use crate::model::Model;
 use ddem_mechanics::element::corotation::{Frame, mean_rotation};
 use ddem_mechanics::law::SpringStiffness;
@@ -45,6 +46,17 @@ impl InverseMassRows {
     }
 }
 
+impl Preconditioner {
+    /// Turns the masses with the blocks, whose frames are given.
+    pub(crate) fn turn(&mut self, model: &Model, frames: &Vec<Frame>) {
+        if self.frames.is_empty() && model.has_cells() {
+            self.nodes.equalize_cells(model);
+        }
+        self.frames.clone_from(frames);
+        self.smooth.iter_mut().for_each(SmoothMotions::turn);
+    }
+}
+
 /// Computes `R M⁻¹ Rᵀ F` at the nodes of a pack of deformable blocks; `frames` are the frames of
 /// all packs.
 #[simd]
@@ -58,7 +70,7 @@ pub(super) fn accelerations<S: Simd>(
     out: &mut [Lanes],
 ) {
     let packs = &model.packs;
-    let class = &preconditioner.classes[preconditioner.of_pack[index] as usize];
+    let class = preconditioner.nodes.of(index);
     for node in 0..out.len() / 3 {
         let rows = class.start[node] as usize..class.start[node + 1] as usize;
         let mut mean = zero_matrix(simd);
@@ -109,8 +121,7 @@ fn rotation(frames: &[Frame], blocks: &Neighbours) -> [[Lanes; 3]; 3] {
 
 /// True if deformable blocks have rotated so far that the stiffness at their nodes has changed.
 pub(crate) fn has_rotated(model: &Model, frames: &[Frame]) -> bool {
-    // Tied nodes of blocks with different rotations need one mass.
-    if !model.corotational() || model.has_cells() {
+    if !model.corotational() {
         return false;
     }
     let ratio = |joint: &JointProperties| {

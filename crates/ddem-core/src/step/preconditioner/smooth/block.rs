@@ -1,12 +1,10 @@
 //! Smooth motions inside blocks: trilinear between the corners.
 
-use fearless_simd::{Select, Simd, SimdBase};
+use fearless_simd::Simd;
 use fearless_simd_macros::simd;
 
 use crate::step::preconditioner::InverseMassRows;
-use ddem_mechanics::math::lanes::{
-    Lanes, Vector, add, load, load_at, scale, splat, store_at, sub, zero,
-};
+use ddem_mechanics::math::lanes::{Lanes, add, load, load_at, scale, splat, store_at, sub, zero};
 
 /// Number of corners of a block.
 pub(super) const CORNERS: usize = 8;
@@ -16,14 +14,15 @@ pub(super) const CORNERS: usize = 8;
 pub(super) struct CornerVectors(pub(super) [[Lanes; 3]; CORNERS]);
 
 /// Forces on the corners of blocks of `n` divisions that do the same work as the forces `f` on
-/// their nodes. Held degrees of freedom and absent nodes, which have no inverse mass, do not take
-/// part.
+/// their nodes, tied ones by their shares. Held degrees of freedom and absent nodes, which have no
+/// inverse mass, do not take part.
 #[simd]
 pub(super) fn corner_forces<S: Simd>(
     simd: S,
     class: &InverseMassRows,
     n: usize,
     f: &[Lanes],
+    shares: Option<&[Lanes]>,
     out: &mut CornerVectors,
 ) {
     let mut corners = [zero(simd); CORNERS];
@@ -33,7 +32,10 @@ pub(super) fn corner_forces<S: Simd>(
         let (mut all, mut upper) = (zero(simd), zero(simd));
         for i in 0..side {
             let node = row * side + i;
-            let force = free(simd, class, node, load_at(simd, f, 3 * node));
+            let mut force = class.free(simd, node, load_at(simd, f, 3 * node));
+            if let Some(shares) = shares {
+                force = scale(force, shares[node].load(simd));
+            }
             all = add(all, force);
             upper = add(upper, scale(force, splat(simd, i as f64 * step)));
         }
@@ -50,12 +52,14 @@ pub(super) fn corner_forces<S: Simd>(
     }
 }
 
-/// Adds the motion of the corners to that of the free nodes of blocks of `n` divisions.
+/// Adds the motion of the corners to that of the free nodes of blocks of `n` divisions. If these are
+/// tied, n is 1.
 #[simd]
 pub(super) fn add_motion<S: Simd>(
     simd: S,
     class: &InverseMassRows,
     n: usize,
+    is_tied: bool,
     corners: &CornerVectors,
     out: &mut [Lanes],
 ) {
@@ -73,8 +77,13 @@ pub(super) fn add_motion<S: Simd>(
         let across = sub(ends[1], ends[0]);
         for i in 0..side {
             let node = row * side + i;
-            let moved = add(ends[0], scale(across, splat(simd, i as f64 * step)));
-            let moved = free(simd, class, node, moved);
+            // Tied nodes move alike, to the bit.
+            let moved = if is_tied && i == n {
+                ends[1]
+            } else {
+                add(ends[0], scale(across, splat(simd, i as f64 * step)))
+            };
+            let moved = class.free(simd, node, moved);
             store_at(out, 3 * node, add(load_at(simd, out, 3 * node), moved));
         }
     }
@@ -84,16 +93,4 @@ pub(super) fn add_motion<S: Simd>(
 #[inline(always)]
 fn weights(y: f64, z: f64) -> [f64; 4] {
     [(1.0 - y) * (1.0 - z), y * (1.0 - z), (1.0 - y) * z, y * z]
-}
-
-/// Components of a vector along the free degrees of freedom of a node.
-#[inline(always)]
-fn free<S: Simd>(simd: S, class: &InverseMassRows, node: usize, v: Vector<S>) -> Vector<S> {
-    let [x, y, z] = load_at(simd, &class.rows, 3 * class.start[node] as usize);
-    let none = splat(simd, 0.0);
-    [
-        x.simd_gt(none).select(v[0], none),
-        y.simd_gt(none).select(v[1], none),
-        z.simd_gt(none).select(v[2], none),
-    ]
 }

@@ -1,4 +1,4 @@
-//! Rigid bodies in smooth motions. A body moves as the functions do at its centre, and rotates by half
+//! Bodies in smooth motions: rigid ones, and deformable cells that move as such. A body moves as the functions do at its centre, and rotates by half
 //! of their curl.
 
 use nalgebra::{Matrix3, Vector6};
@@ -20,21 +20,6 @@ pub(super) struct AtCentre {
     pub(super) half_gradient: Vec3,
 }
 
-/// Centres and extents of the rigid bodies of a model `[m]`.
-pub(super) fn centres(model: &Model, rigid: &RigidMasses) -> Vec<[Vec3; 2]> {
-    let of_body = |body: usize| {
-        let parts = rigid.parts(model, body);
-        let corners = parts.iter().flat_map(|part| {
-            let properties = part_properties(model, part);
-            (0..8).map(|corner| properties.arm(corner))
-        });
-        let [low, high] =
-            corners.fold([Vec3::zeros(); 2], |[low, high], arm| [low.inf(&arm), high.sup(&arm)]);
-        [centre(model, parts), high - low]
-    };
-    (0..rigid.len()).map(of_body).collect()
-}
-
 /// Rotations of bodies by the functions of the finest grid.
 #[derive(Clone, Debug, Default)]
 pub(super) struct BodyTurns {
@@ -47,8 +32,8 @@ pub(super) struct BodyTurns {
 }
 
 impl BodyTurns {
-    pub(super) fn new(grid: &FunctionGrid, centres: &[Vec3]) -> Self {
-        let around: Vec<_> = centres.iter().map(|centre| grid.at_centre(centre)).collect();
+    pub(super) fn new(grid: &FunctionGrid, bodies: &[SmoothBody<'_>]) -> Self {
+        let around: Vec<_> = bodies.iter().map(|body| grid.at_centre(&body.centre)).collect();
         let mut start = vec![0; grid.moved.len() + 1];
         let mut by_function: Vec<(u32, (u32, Vec3))> = Vec::new();
         for (body, around) in around.iter().enumerate() {
@@ -104,25 +89,42 @@ pub(super) fn coarser(grid: &FunctionGrid, finer: &[AtCentre]) -> Vec<AtCentre> 
     all
 }
 
-/// Bodies as the smooth motions see them.
-pub(super) struct SmoothBodies<'a> {
-    pub(super) turns: &'a BodyTurns,
-    pub(super) bodies: Vec<SmoothBody<'a>>,
-}
-
 /// Body as the smooth motions see it.
-pub(super) struct SmoothBody<'a> {
-    springs: &'a SpringSum,
+pub(in crate::step::preconditioner) struct SmoothBody<'a> {
+    /// Centre of mass or of the nodes at rest `[m]`.
+    pub(in crate::step::preconditioner) centre: Vec3,
+    /// Extent along x, y and z `[m]`.
+    pub(in crate::step::preconditioner) extent: Vec3,
+    /// Size, by which rotations are multiplied `[m]`.
+    pub(in crate::step::preconditioner) size: f64,
+    pub(in crate::step::preconditioner) springs: &'a SpringSum,
     /// Stiffness of the springs along the held parts of its translations `[N/m]`.
-    held: Vec3,
+    pub(in crate::step::preconditioner) held: Vec3,
 }
 
-impl<'a> SmoothBody<'a> {
-    pub(super) fn new(springs: &'a SpringSum, free: Vec3) -> Self {
+/// Rigid bodies of a model, given the springs around each.
+pub(in crate::step::preconditioner) fn smooth_bodies<'a>(
+    model: &Model,
+    rigid: &RigidMasses,
+    springs: &'a [SpringSum],
+) -> Vec<SmoothBody<'a>> {
+    let of_body = |(body, springs): (usize, &'a SpringSum)| {
+        let parts = rigid.parts(model, body);
+        let corners = parts.iter().flat_map(|part| {
+            let properties = part_properties(model, part);
+            (0..8).map(|corner| properties.arm(corner))
+        });
+        let [low, high] =
+            corners.fold([Vec3::zeros(); 2], |[low, high], arm| [low.inf(&arm), high.sup(&arm)]);
         let own = Vec3::from([0, 1, 2].map(|c| springs.stiffness[(c, c)]));
-        Self { springs, held: own.component_mul(&free.map(|free| 1.0 - free)) }
-    }
+        let held = own.component_mul(&rigid.free_axes(body).map(|free| 1.0 - free));
+        let (centre, size) = (centre(model, parts), rigid.size(body));
+        SmoothBody { centre, extent: high - low, size, springs, held }
+    };
+    springs.iter().enumerate().map(of_body).collect()
+}
 
+impl SmoothBody<'_> {
     /// Stiffness against a function for each component `[N/m]`.
     pub(super) fn stiffness(&self, function: &AtCentre) -> Vec3 {
         let [x, y, z] = function.half_gradient.into();
@@ -133,14 +135,24 @@ impl<'a> SmoothBody<'a> {
         ];
         let squared = function.value * function.value;
         let own = strains.map(|strain| strain.dot(&(self.springs.moduli * strain)));
-        Vec3::from(own) + self.held * squared
+        // Supports hold single nodes of a deformable cell, which rotates as well.
+        let at_held = [Vec3::x(), Vec3::y(), Vec3::z()].map(|linear| {
+            let angular = function.half_gradient.cross(&linear) * self.size;
+            let motion = SpatialVector { linear: linear * function.value, angular }.to_vector();
+            motion.dot(&(self.springs.held * motion))
+        });
+        Vec3::from(own) + Vec3::from(at_held) + self.held * squared
     }
 
     /// Ratio of the smallest to the largest stiffness against translations; `None` without any.
     pub(super) fn softest(&self) -> Option<f64> {
-        let translations: Matrix3<f64> = self.springs.stiffness.fixed_view::<3, 3>(0, 0).into();
+        // Supports do not turn with the body.
+        let turning = self.springs.stiffness - self.springs.held;
+        let translations: Matrix3<f64> = turning.fixed_view::<3, 3>(0, 0).into();
         let values = translations.symmetric_eigenvalues();
-        (values.max() > 0.0).then(|| values.min().max(0.0) / values.max())
+        let most = values.max();
+        // Without springs only rounding is left.
+        (most > 1e-9 * self.springs.stiffness.trace()).then(|| values.min().max(0.0) / most)
     }
 }
 
@@ -158,10 +170,16 @@ mod tests {
         (FunctionGrid::over(&points).swap_remove(0), points.positions)
     }
 
+    fn bodies<'a>(centres: &[Vec3], springs: &'a SpringSum) -> Vec<SmoothBody<'a>> {
+        let (extent, held) = (Vec3::repeat(1.0), Vec3::zeros());
+        let body = |&centre| SmoothBody { centre, extent, size: 1.0, springs, held };
+        centres.iter().map(body).collect()
+    }
+
     #[test]
     fn bodies_follow_a_rotation() {
         let (grid, centres) = grid();
-        let turns = BodyTurns::new(&grid, &centres);
+        let turns = BodyTurns::new(&grid, &bodies(&centres, &SpringSum::default()));
         let turn = Vec3::new(0.1, -0.2, 0.3);
         let node = |k: usize| Vec3::new((k % 4) as f64, (k / 4 % 4) as f64, (k / 16) as f64);
         let moved: Vec<Vec3> =
@@ -174,7 +192,7 @@ mod tests {
     #[test]
     fn torques_do_the_same_work_on_functions() {
         let (grid, centres) = grid();
-        let turns = BodyTurns::new(&grid, &centres);
+        let turns = BodyTurns::new(&grid, &bodies(&centres, &SpringSum::default()));
         let wrenches: Vec<SpatialVector> = (0..centres.len())
             .map(|k| SpatialVector {
                 angular: Vec3::new(1.0, k as f64 - 2.0, 0.5 * k as f64),

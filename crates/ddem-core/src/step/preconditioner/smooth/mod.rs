@@ -8,7 +8,8 @@
 //! of Bramble, Pasciak and Xu.
 //!
 //! Within a deformable block each function is trilinear between the corners. Corners that face each
-//! other across gaps move as one point. Rigid bodies follow the functions at their centres.
+//! other across gaps move as one point, and so do tied ones. Bodies follow the functions at their
+//! centres: rigid ones, and deformable cells that move as such.
 
 mod block;
 mod bodies;
@@ -22,19 +23,18 @@ use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 use rayon::prelude::*;
 
-use super::rigid::RigidMasses;
-use super::springs::SpringSum;
-use super::{InverseMassRows, NO_CLASS, Preconditioner};
+use super::cell_motions::Rotated;
+use super::{InverseMassRows, NodeMasses, Preconditioner};
 use crate::model::Model;
 use crate::step::{BodyStep, Poses};
-use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::lanes::Lanes;
 use ddem_mechanics::rigid::SpatialVector;
 use ddem_mesh::Vec3;
 use ddem_mesh::parallel::{each_pack, node_start};
 
 use block::CornerVectors;
-use bodies::{BodyTurns, SmoothBodies, SmoothBody, centres};
+use bodies::BodyTurns;
+pub(super) use bodies::{SmoothBody, smooth_bodies};
 use grid::FunctionGrid;
 use points::{NO_POINT, SmoothPoints};
 
@@ -59,40 +59,42 @@ pub(super) struct SmoothMotions {
     has_turned: bool,
     /// Grids, from the finest to the coarsest.
     grids: Vec<FunctionGrid>,
-    /// Forces on the corners of the blocks of each pack `[N]`.
+    /// Forces on the corners of the blocks of each pack `[N]`; empty if no blocks take part.
     forces: Vec<CornerVectors>,
     /// Forces on the points `[N]`, then their motion `[m]`.
     moved: Vec<Vec3>,
 }
 
 impl SmoothMotions {
-    /// Motions of the blocks and rigid bodies of a model, given the springs around the bodies; `None`
-    /// if it has so few that they save no steps. Held degrees of freedom do not take part.
+    /// Motions of the blocks of a model and of some bodies; with `parts`, of those of deformable cells
+    /// too. `None` if these are so few that they save no steps. Held degrees of freedom do not take
+    /// part.
     pub(super) fn new(
         model: &Model,
         held: &HashMap<u32, [bool; 3]>,
-        rigid: &RigidMasses,
-        springs: &[SpringSum],
+        bodies: &[SmoothBody<'_>],
+        parts: bool,
     ) -> Option<Self> {
-        let centres = centres(model, rigid);
-        let points = SmoothPoints::new(model, &centres);
+        let points = SmoothPoints::new(model, bodies, parts);
         if points.blocks_in_row() < FEWEST_BLOCKS {
             return None;
         }
         let mut grids = FunctionGrid::over(&points);
-        let centres: Vec<Vec3> = centres.into_iter().map(|[centre, _]| centre).collect();
-        let turns = BodyTurns::new(grids.first()?, &centres);
-        let body = |(number, springs)| SmoothBody::new(springs, rigid.free_axes(number));
-        let bodies = springs.iter().enumerate().map(body).collect();
-        let bodies = SmoothBodies { turns: &turns, bodies };
-        let (inverse, softest) = stiffness::invert(model, held, &points, &bodies, &mut grids);
+        let turns = BodyTurns::new(grids.first()?, bodies);
+        let found = stiffness::invert(model, held, &points, &turns, bodies, &mut grids);
+        let (mut inverse, softest) = found;
+        if parts {
+            // The corners of parts are nodes, which have masses of their own.
+            inverse.fill([0.0; 3]);
+        }
+        let taking = if points.n_corners() > 0 { model.packs.packs.len() } else { 0 };
         Some(Self {
             inverse,
             softest,
             has_turned: false,
             grids,
             turns,
-            forces: vec![CornerVectors::default(); model.packs.packs.len()],
+            forces: vec![CornerVectors::default(); taking],
             moved: vec![Vec3::zeros(); points.positions.len()],
             points,
         })
@@ -106,17 +108,18 @@ impl SmoothMotions {
 
     /// Adapts the stiffnesses to blocks that have rotated far. The modulus G along a function
     /// becomes M at most.
-    fn turn(&mut self) {
+    pub(super) fn turn(&mut self) {
         if !std::mem::replace(&mut self.has_turned, true) {
             self.scale(self.softest);
         }
     }
 
-    /// Computes the motion of the points from the forces on the corners and the wrenches on rigid
-    /// bodies. Returns the motions of the bodies.
+    /// Computes the motion of the points from the forces on the corners and the wrenches on
+    /// bodies, of which the first ones take part. Returns the motions of these.
     fn respond(&mut self, wrenches: &[SpatialVector]) -> Vec<SpatialVector> {
         let Self { points, turns, inverse, grids, forces, moved, .. } = self;
         let corners = points.n_corners();
+        let wrenches = &wrenches[..moved.len() - corners];
         moved.par_iter_mut().with_min_len(TOGETHER).enumerate().for_each(|(point, moved)| {
             *moved = match point.checked_sub(corners) {
                 Some(body) => wrenches[body].linear,
@@ -157,17 +160,39 @@ impl SmoothMotions {
         moved[corners..].par_iter().with_min_len(TOGETHER).enumerate().map(motion).collect()
     }
 
-    /// Adds the motion of a pack of deformable blocks with `n` divisions.
+    /// Computes the forces on the corners of all blocks that take part from those on all nodes.
+    fn collect(&mut self, model: &Model, masses: &NodeMasses, f: &[Lanes], level: Level) {
+        let (packs, points) = (&model.packs, &self.points);
+        if points.n_corners() == 0 {
+            return;
+        }
+        each_pack(packs, [], &mut self.forces, |index, [], forces| {
+            if !points.has(index) {
+                return;
+            }
+            let f = &f[node_start(packs, index)..node_start(packs, index + 1)];
+            let class = masses.of(index);
+            let n = packs.numbering_of(&packs.packs[index]).divisions;
+            let shares = model.assembly.shares(index);
+            dispatch!(level, simd => block::corner_forces(simd, class, n, f, shares, forces));
+        });
+    }
+
+    /// Adds the motion of the blocks of a pack.
     #[simd]
     pub(super) fn add<S: Simd>(
         &self,
         simd: S,
+        model: &Model,
         class: &InverseMassRows,
         pack: usize,
-        n: usize,
         out: &mut [Lanes],
     ) {
-        block::add_motion(simd, class, n, &self.corners_of(pack), out);
+        if self.points.has(pack) {
+            let n = model.packs.numbering_of(&model.packs.packs[pack]).divisions;
+            let is_tied = model.assembly.shares(pack).is_some();
+            block::add_motion(simd, class, n, is_tied, &self.corners_of(pack), out);
+        }
     }
 
     /// Motion of the corners of the blocks of a pack `[m]`.
@@ -184,12 +209,6 @@ impl SmoothMotions {
 }
 
 impl Preconditioner {
-    /// Turns the masses with the blocks, whose frames are given.
-    pub(crate) fn turn(&mut self, frames: &Vec<Frame>) {
-        self.frames.clone_from(frames);
-        self.smooth.iter_mut().for_each(SmoothMotions::turn);
-    }
-
     /// Computes the motions of bodies and the smooth motions under the forces `f` on all nodes, which
     /// `accelerations` uses. `steps` has the wrenches on bodies of several blocks, or is empty.
     pub(crate) fn respond(
@@ -198,20 +217,17 @@ impl Preconditioner {
         poses: &[Poses],
         f: &[Lanes],
         steps: &[BodyStep],
+        rotated: Rotated<'_>,
         level: Level,
     ) {
-        let wrenches = self.rigid.respond(model, poses, f, steps);
-        let Self { smooth: Some(smooth), classes, of_pack, rigid, .. } = self else { return };
-        let packs = &model.packs;
-        each_pack(packs, [], &mut smooth.forces, |index, [], forces| {
-            if of_pack[index] == NO_CLASS {
-                return;
-            }
-            let f = &f[node_start(packs, index)..node_start(packs, index + 1)];
-            let class = &classes[of_pack[index] as usize];
-            let n = packs.numbering_of(&packs.packs[index]).divisions;
-            dispatch!(level, simd => block::corner_forces(simd, class, n, f, forces));
-        });
-        rigid.add(model, poses, &smooth.respond(&wrenches));
+        let Self { smooth, nodes, rigid, cells, .. } = self;
+        let mut wrenches = rigid.respond(model, poses, f, steps);
+        wrenches.extend(cells.respond(model, nodes, rotated, f, level));
+        for smooth in smooth {
+            smooth.collect(model, nodes, f, level);
+            let more = smooth.respond(&wrenches);
+            rigid.add(model, poses, &more[..rigid.len()]);
+            cells.add(&more[rigid.len()..]);
+        }
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use super::block::{CORNERS, CornerVectors};
+use super::bodies::SmoothBody;
 use crate::model::Model;
 use crate::step::preconditioner::coupling::first_member;
 use ddem_mechanics::math::lanes::LANES;
@@ -30,7 +31,7 @@ impl PackCorner {
 /// Points of a model: the corners that face each other across gaps are one point.
 #[derive(Clone, Debug, Default)]
 pub(super) struct SmoothPoints {
-    /// Mean reference position of the corners of each point, then the centres of rigid bodies `[m]`.
+    /// Mean reference position of the corners of each point, then the centres of bodies `[m]`.
     pub(super) positions: Vec<Vec3>,
     /// Points at the corners of the blocks of each pack, by corner and lane.
     pub(super) of_pack: Vec<[[u32; LANES]; CORNERS]>,
@@ -42,9 +43,9 @@ pub(super) struct SmoothPoints {
 }
 
 impl SmoothPoints {
-    /// Points of the deformable blocks of a model and of rigid bodies, given by their centres and
-    /// extents.
-    pub(super) fn new(model: &Model, bodies: &[[Vec3; 2]]) -> Self {
+    /// Points of the deformable blocks of a model and of some bodies. With `parts` those of
+    /// deformable cells, which are single elements, take part.
+    pub(super) fn new(model: &Model, bodies: &[SmoothBody<'_>], parts: bool) -> Self {
         let geometry = &model.geometry;
         let mut number: HashMap<usize, u32> = HashMap::new();
         let mut members: Vec<(u32, PackCorner, Vec3)> = Vec::new();
@@ -53,7 +54,8 @@ impl SmoothPoints {
         for (index, pack) in model.packs.packs.iter().enumerate().filter(|(_, pack)| !pack.rigid) {
             for (lane, &block) in pack.blocks.iter().enumerate().take(pack.filled) {
                 let block = block as usize;
-                if geometry.is_removed(block) {
+                let is_part = geometry.part(block).is_some();
+                if geometry.is_removed(block) || is_part && !parts {
                     continue;
                 }
                 let steps = geometry.topology(block).corners();
@@ -61,7 +63,12 @@ impl SmoothPoints {
                 let low = at.iter().fold(at[0], |low, x| low.inf(x));
                 extent += at.iter().fold(at[0], |high, x| high.sup(x)) - low;
                 for corner in 0..CORNERS {
-                    let first = first_member(model, block, steps[corner]);
+                    let node = geometry.node(block, steps[corner]);
+                    let first = match geometry.ties.with(node as u32).first() {
+                        Some(&first) => first as usize,
+                        None if is_part => node,
+                        None => first_member(model, block, steps[corner]),
+                    };
                     let next = number.len() as u32;
                     let point = *number.entry(first).or_insert(next);
                     of_pack[index][corner][lane] = point;
@@ -84,10 +91,15 @@ impl SmoothPoints {
             start[point + 1] += start[point];
         }
         let corners = members.into_iter().map(|(_, corner, _)| corner).collect();
-        positions.extend(bodies.iter().map(|[centre, _]| centre));
-        let extent = bodies.iter().fold(extent, |sum, [_, extent]| sum + extent);
+        positions.extend(bodies.iter().map(|body| body.centre));
+        let extent = bodies.iter().fold(extent, |sum, body| sum + body.extent);
         let blocks = blocks + bodies.len();
         Self { positions, of_pack, start, corners, extent: extent / blocks.max(1) as f64 }
+    }
+
+    /// True if blocks of a pack take part.
+    pub(super) fn has(&self, pack: usize) -> bool {
+        self.of_pack[pack][0] != [NO_POINT; LANES]
     }
 
     /// Low corner of the box around the points and bodies, and its edges `[m]`.

@@ -12,10 +12,12 @@ use rayon::prelude::*;
 
 use super::WEIGHT;
 use super::block::CORNERS;
-use super::bodies::{AtCentre, SmoothBodies, SmoothBody, coarser};
+use super::bodies::{AtCentre, BodyTurns, SmoothBody, coarser};
 use super::grid::FunctionGrid;
 use super::points::{NO_POINT, SmoothPoints};
 use crate::model::Model;
+use crate::step::preconditioner::VTK;
+use ddem_mechanics::element::hex8::{gauss_points, shape_derivatives};
 use ddem_mesh::Vec3;
 use ddem_mesh::assembly::NO_TABLE;
 
@@ -29,21 +31,28 @@ type FunctionValues = Vec<(u32, f64)>;
 struct SmoothBlock {
     /// Points at its corners.
     points: [u32; CORNERS],
-    /// Volume `[m³]`.
-    volume: f64,
     /// Moduli M of uniaxial strain and G of shear `[Pa]`.
     moduli: [f64; 2],
-    /// Gradients along its edges: the dual of the edge vectors, by rows `[1/m]`.
-    dual: Matrix3<f64>,
+    shape: Shape,
     /// Held nodes: weights of the corners there, and the stiffness along each axis `[N/m]`.
     held: Vec<([f64; CORNERS], Vec3)>,
+}
+
+/// Shape of a block.
+enum Shape {
+    Parallelepiped {
+        /// Volume `[m³]`.
+        volume: f64,
+        /// Gradients along its edges: the dual of the edge vectors, by rows `[1/m]`.
+        dual: Matrix3<f64>,
+    },
+    /// Any other, by its corners `[m]`.
+    Hexahedron([Vec3; CORNERS]),
 }
 
 impl SmoothBlock {
     fn new(model: &Model, block: usize, points: [u32; CORNERS]) -> Option<Self> {
         let geometry = &model.geometry;
-        let edges = [0, 1, 2].map(|d| geometry.axes(block)[d] * geometry.edge(block, d));
-        let edges = Matrix3::from_columns(&edges);
         let (pack, lane) = model.packs.slot(block);
         let table = model.assembly.pack_tables[pack][0];
         let element = (table != NO_TABLE)
@@ -51,16 +60,28 @@ impl SmoothBlock {
             .flatten()?;
         let elastic = &model.assembly.elements[element as usize].elastic;
         let moduli = [elastic.p_modulus(), elastic.shear];
-        let (volume, dual) = (edges.determinant().abs(), edges.try_inverse()?);
-        Some(Self { points, volume, moduli, dual, held: Vec::new() })
+        let shape = if geometry.part(block).is_some() {
+            Shape::Hexahedron(geometry.corners(block))
+        } else {
+            let edges = [0, 1, 2].map(|d| geometry.axes(block)[d] * geometry.edge(block, d));
+            let edges = Matrix3::from_columns(&edges);
+            Shape::Parallelepiped { volume: edges.determinant().abs(), dual: edges.try_inverse()? }
+        };
+        Some(Self { points, moduli, shape, held: Vec::new() })
     }
 
-    /// Adds a held node at lattice steps `at` of a block of `n` divisions.
-    fn hold(&mut self, at: [usize; 3], n: usize, axes: [bool; 3]) {
-        // The part of the elements around a node on a face that belong to this block.
-        let sides = at.iter().filter(|&&at| at == 0 || at == n).count() as i32;
-        let element = libm::cbrt(self.volume) / n as f64;
-        let k = self.moduli[0] * element * 0.5_f64.powi(sides - 1);
+    /// Adds a held node at lattice steps `at` of a block of `n` divisions. `diagonal` is that of the
+    /// stiffness there `[N/m]`.
+    fn hold(&mut self, at: [usize; 3], n: usize, axes: [bool; 3], diagonal: Vec3) {
+        let k = match self.shape {
+            Shape::Parallelepiped { volume, .. } => {
+                // The part of the elements around a node on a face that belong to this block.
+                let sides = at.iter().filter(|&&at| at == 0 || at == n).count() as i32;
+                let element = libm::cbrt(volume) / n as f64;
+                Vec3::repeat(self.moduli[0] * element * 0.5_f64.powi(sides - 1))
+            }
+            Shape::Hexahedron(_) => diagonal,
+        };
         let weights = std::array::from_fn(|corner| {
             let part = |d: usize| {
                 let fraction = at[d] as f64 / n as f64;
@@ -68,30 +89,25 @@ impl SmoothBlock {
             };
             part(0) * part(1) * part(2)
         });
-        self.held.push((weights, Vec3::from(axes.map(|held| if held { k } else { 0.0 }))));
+        self.held.push((weights, Vec3::from([0, 1, 2].map(|c| if axes[c] { k[c] } else { 0.0 }))));
     }
 
     /// Stiffness against a function for each component, from its values at the corners `[N/m]`.
     fn stiffness(&self, values: &[f64; CORNERS]) -> Vec3 {
-        let (mut mean, mut rest) = (Vec3::zeros(), Vec3::zeros());
-        for d in 0..3 {
-            // Differences along the four edges. The derivative is bilinear between them.
-            let [next, last] = [1 << ((d + 1) % 3), 1 << ((d + 2) % 3)];
-            let slope = [0, next, last, next | last].map(|k| values[k | 1 << d] - values[k]);
-            let [a, b, c, e] = slope;
-            mean[d] = 0.25 * (a + b + c + e);
-            let squares: f64 = slope.iter().map(|x| x * x).sum();
-            let products = (a + e) * (b + c) / 9.0 + (a * e + b * c) / 18.0;
-            rest[d] = squares / 9.0 + products - mean[d] * mean[d];
-        }
-        // The mean gradient, and the rest along each edge alone.
-        let mut squares = (self.dual.transpose() * mean).map(|x| x * x);
-        for (rest, row) in rest.iter().zip(self.dual.row_iter()) {
-            squares += row.transpose().map(|x| x * x * rest);
-        }
         let [axial, shear] = self.moduli;
-        let all = squares.sum();
-        let mut stiffness = squares.map(|own| self.volume * ((axial - shear) * own + shear * all));
+        let of_volume = |volume: f64, squares: Vec3| {
+            let all = squares.sum();
+            squares.map(|own| volume * ((axial - shear) * own + shear * all))
+        };
+        let mut stiffness = match &self.shape {
+            Shape::Parallelepiped { volume, dual } => of_volume(*volume, squares(dual, values)),
+            Shape::Hexahedron(corners) => {
+                let points = gauss_points().map(|at| gradient(corners, values, at));
+                points.iter().fold(Vec3::zeros(), |sum, (gradient, volume)| {
+                    sum + of_volume(*volume, gradient.map(|x| x * x))
+                })
+            }
+        };
         for (weights, k) in &self.held {
             let value: f64 = weights.iter().zip(values).map(|(weight, value)| weight * value).sum();
             stiffness += k * (value * value);
@@ -116,6 +132,39 @@ impl SmoothBlock {
         let stiffness = |(function, values): &(u32, _)| (*function, self.stiffness(values));
         functions.iter().map(stiffness).collect()
     }
+}
+
+/// Mean squares of the derivatives of a function in a parallelepiped along x, y and z `[1/m²]`.
+fn squares(dual: &Matrix3<f64>, values: &[f64; CORNERS]) -> Vec3 {
+    let (mut mean, mut rest) = (Vec3::zeros(), Vec3::zeros());
+    for d in 0..3 {
+        // Differences along the four edges. The derivative is bilinear between them.
+        let [next, last] = [1 << ((d + 1) % 3), 1 << ((d + 2) % 3)];
+        let slope = [0, next, last, next | last].map(|k| values[k | 1 << d] - values[k]);
+        let [a, b, c, e] = slope;
+        mean[d] = 0.25 * (a + b + c + e);
+        let squares: f64 = slope.iter().map(|x| x * x).sum();
+        let products = (a + e) * (b + c) / 9.0 + (a * e + b * c) / 18.0;
+        rest[d] = squares / 9.0 + products - mean[d] * mean[d];
+    }
+    // The mean gradient, and the rest along each edge alone.
+    let mut squares = (dual.transpose() * mean).map(|x| x * x);
+    for (rest, row) in rest.iter().zip(dual.row_iter()) {
+        squares += row.transpose().map(|x| x * x * rest);
+    }
+    squares
+}
+
+/// Gradient of a function in a hexahedron at a reference point `[1/m]`, and the volume there `[m³]`.
+fn gradient(corners: &[Vec3; CORNERS], values: &[f64; CORNERS], at: [f64; 3]) -> (Vec3, f64) {
+    let (mut jacobian, mut along) = (Matrix3::zeros(), Vec3::zeros());
+    for (&corner, derivative) in VTK.iter().zip(shape_derivatives(at)) {
+        let derivative = Vec3::from(derivative);
+        jacobian += derivative * corners[corner].transpose();
+        along += derivative * values[corner];
+    }
+    let inverse = jacobian.try_inverse().unwrap_or_default();
+    (inverse * along, jacobian.determinant())
 }
 
 /// Blocks that take part in smooth motions.
@@ -146,7 +195,11 @@ fn smooth_blocks(
     for (node, axes) in held {
         let (block, at) = geometry.locate(node as usize);
         if let Some(own) = of_block[block] {
-            blocks[own].hold(at, geometry.topology(block).divisions(), axes);
+            let slot = model.node_slot(node as usize);
+            let inertia = &model.assembly.inertia[model.assembly.pack_inertia[slot.pack] as usize];
+            let local = slot.local(&model.packs);
+            let k = [0, 1, 2].map(|c| inertia.diagonal[3 * local + c].0[slot.lane()]);
+            blocks[own].hold(at, geometry.topology(block).divisions(), axes, k.into());
         }
     }
     blocks
@@ -170,7 +223,8 @@ pub(super) fn invert(
     model: &Model,
     held: &HashMap<u32, [bool; 3]>,
     points: &SmoothPoints,
-    SmoothBodies { turns, bodies }: &SmoothBodies<'_>,
+    turns: &BodyTurns,
+    bodies: &[SmoothBody<'_>],
     grids: &mut [FunctionGrid],
 ) -> (Vec<[f64; 3]>, f64) {
     let blocks = smooth_blocks(model, held, points);
