@@ -7,12 +7,8 @@ use super::rigid::pseudo_inverse;
 use super::springs::{BodyPatch, SpringSum};
 use crate::model::Model;
 use ddem_mechanics::rigid::SpatialVector;
-
 use ddem_mesh::parallel::node_start;
 use ddem_mesh::{BodyPart, Vec3, bounds_of};
-
-/// Fraction of the trace of the stiffness below which a motion is free.
-const NOTHING: f64 = 1e-10;
 
 /// Node of a part of a cell.
 pub(super) struct CellNode {
@@ -104,14 +100,14 @@ impl CellMass {
                 springs.hold(node.diagonal.component_mul(&held), &arm, size);
             }
         }
-        let least = NOTHING * springs.stiffness.trace();
-        let inverse = pseudo_inverse(springs.stiffness, least);
+        let inverse = pseudo_inverse(springs.stiffness, springs.stiffness.trace());
         let points: Vec<Vec3> = nodes.iter().map(|node| node.x).collect();
         let [low, high] = bounds_of(&points);
         Self { centre, extent: high - low, nodes: count, size, inverse, springs }
     }
 
-    /// True if supports hold some of its nodes. These do not turn with the cell, and neither does its mass.
+    /// True if supports hold some of its nodes. These do not turn with the cell, and neither does its
+    /// mass.
     pub(super) fn is_held(&self) -> bool {
         self.springs.held != Matrix6::zeros()
     }

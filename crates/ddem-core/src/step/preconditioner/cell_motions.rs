@@ -13,6 +13,7 @@ use nalgebra::Matrix3;
 use rayon::prelude::*;
 
 use super::cell_masses::{CellMass, CellNode};
+use super::cells::contact_bounds;
 use super::smooth::SmoothBody;
 use super::springs::{BodyPatch, patches_of};
 use super::{InverseMassRows, MassContext, NodeMasses};
@@ -68,9 +69,8 @@ struct CellMotion {
 pub(crate) type Rotated<'a> = Option<(&'a [Lanes], &'a [Frame])>;
 
 impl CellMotions {
-    /// Motions of the deformable cells of a model. `contacts` are upper bounds of the stiffness of
-    /// contacts at each node `[N/m]`, or empty.
-    pub(super) fn new(around: MassContext<'_>, contacts: &[f64]) -> Self {
+    /// Motions of the deformable cells of a model.
+    pub(super) fn new(around: MassContext<'_>) -> Self {
         let model = around.model;
         let cells = deformable_cells(model);
         if cells.is_empty() {
@@ -97,9 +97,10 @@ impl CellMotions {
             (cell != NO_CELL).then_some(cell)
         };
         let patches = patches_of(model, motions.len(), &cell);
+        let contacts = contact_bounds(model, around.contact_masses);
         let mass = |(cell, patches): (usize, &Vec<BodyPatch>)| {
             let nodes = CellNode::all(model, motions.parts(cell));
-            let mass = CellMass::new(around, &nodes, patches, contacts);
+            let mass = CellMass::new(around, &nodes, patches, &contacts);
             (nodes, mass)
         };
         let masses: Vec<_> = patches.par_iter().enumerate().map(mass).collect();

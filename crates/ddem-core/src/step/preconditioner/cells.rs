@@ -78,13 +78,14 @@ fn parts_are_elements(model: &Model) -> bool {
     packs.map(|pack| model.packs.numbering_of(pack).divisions).all(|divisions| divisions == 1)
 }
 
-/// Upper bounds of the stiffness of contacts at each node of deformable cells `[N/m]`.
+/// Upper bounds of the stiffness of contacts at each node of deformable cells `[N/m]`; empty without
+/// contacts.
 pub(super) fn contact_bounds(model: &Model, contact_masses: &ContactMasses) -> Vec<f64> {
     let geometry = &model.geometry;
     let Some(contact) = model.contact.as_ref().filter(|contact| contact.search) else {
         return Vec::new();
     };
-    if !contact_masses.exist() || !model.has_cells() {
+    if !contact_masses.exist() {
         return Vec::new();
     }
     let deformable = |block: usize| !geometry.is_rigid(block);

@@ -38,7 +38,7 @@ use ddem_mesh::pack::{Neighbours, Packs};
 pub(crate) use bond_points::BondPoints;
 use bond_springs::BondSprings;
 use cell_motions::CellMotions;
-use cells::{bond_bounds, contact_bounds, is_part_of};
+use cells::{bond_bounds, is_part_of};
 pub(crate) use contact_masses::ContactMasses;
 use rigid::RigidMasses;
 use rows::{InverseMassRows, NodeMasses, Partner};
@@ -129,8 +129,7 @@ impl Preconditioner {
         let patches = patches_of_bodies(model);
         (preconditioner.rigid, preconditioner.springs) = RigidMasses::new(around, &patches);
         preconditioner.bonds = BondSprings::new(model, &preconditioner.rigid, &patches);
-        let contacts = contact_bounds(model, &contact_masses);
-        preconditioner.cells = CellMotions::new(around, &contacts);
+        preconditioner.cells = CellMotions::new(around);
         preconditioner.contact_masses = contact_masses;
         preconditioner.find_smooth_motions(model, held);
         if patches.is_empty() {

@@ -204,7 +204,7 @@ impl BodyMass {
         });
         let free = RigidConstraint::new(size, supports).map(|constraint| constraint.free());
         let all = free.unwrap_or_else(Matrix6::identity);
-        let inverse = pseudo_inverse(all * stiffness * all, NOTHING * stiffness.trace());
+        let inverse = pseudo_inverse(all * stiffness * all, stiffness.trace());
         // A body that cannot move stays exactly where it is.
         let free = if inverse == Matrix6::zeros() { Some(Matrix6::zeros()) } else { free };
         Self { size, inverse, free: free.map(Box::new) }
@@ -246,7 +246,10 @@ fn supported<'a>(
     })
 }
 
-pub(super) fn pseudo_inverse(matrix: Matrix6<f64>, least: f64) -> Matrix6<f64> {
+/// Inverse of a stiffness against the motions that are not free. Those are free whose stiffness is
+/// nothing beside a trace.
+pub(super) fn pseudo_inverse(matrix: Matrix6<f64>, trace: f64) -> Matrix6<f64> {
+    let least = NOTHING * trace;
     let SymmetricEigen { eigenvalues, eigenvectors } = matrix.symmetric_eigen();
     let mut inverse = Matrix6::zeros();
     for (value, vector) in eigenvalues.iter().zip(eigenvectors.column_iter()) {
