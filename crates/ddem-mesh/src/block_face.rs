@@ -1,7 +1,5 @@
 //! Faces of blocks.
 
-use std::collections::BTreeMap;
-
 use super::{Geometry, Vec3};
 use ddem_mechanics::collide::{FaceId, weights};
 
@@ -133,26 +131,8 @@ impl BlockFace {
         })
     }
 
-    /// Integrals of the shape functions of the nodes of a face of a part `[m²]`.
-    #[must_use]
-    pub fn node_areas(&self, geometry: &Geometry) -> Vec<(u32, f64)> {
-        let topology = geometry.topology(self.block);
-        let (n, first) = (topology.divisions(), geometry.blocks[self.block].first_node);
-        let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
-        for element in (0..n).flat_map(|k| (0..n).map(move |i| [i, k])) {
-            let nodes = topology.quad(self.face, element);
-            let corners = nodes.map(|node| geometry.position(self.block, topology.steps(node)));
-            for (shape, area) in quad_points(&corners) {
-                for (node, n) in nodes.into_iter().zip(shape) {
-                    *areas.entry(first + node as u32).or_default() += n * area;
-                }
-            }
-        }
-        areas.into_iter().collect()
-    }
-
     /// True if another block has all corners of the face tied to its own.
-    fn is_tied(&self, geometry: &Geometry) -> bool {
+    pub(super) fn is_tied(&self, geometry: &Geometry) -> bool {
         let others = |at: [usize; 3]| {
             let tied = geometry.ties.with(geometry.node(self.block, at) as u32).iter();
             let blocks = tied.map(|&node| geometry.block_of(node as usize));

@@ -22,6 +22,7 @@ mod cells;
 mod conforming;
 pub mod connected;
 mod facing;
+mod free_face;
 pub mod grid;
 mod hexahedra;
 mod hexmesh;
@@ -41,6 +42,7 @@ mod stages;
 mod surface_point;
 mod ties;
 mod topology;
+mod whole;
 
 pub use block_face::{BlockFace, RestFace, TributaryLengths, quad_points};
 pub use bodies::{BodyPart, RigidBodies};
@@ -48,6 +50,7 @@ pub use cells::moved_to;
 pub use conforming::ConformingJoint;
 pub use conforming::faces;
 pub use facing::{FaceOverlap, MISSES, SLIVER};
+pub use free_face::FreeElement;
 pub use hexmesh::{HexMesh, MeshBlock, MeshError, MeshFaces};
 pub use lattice::{ELSEWHERE, Lattice, NO_JOINT, NONE, bounds, bounds_of};
 pub use nonconforming::{NonconformingFace, NonconformingJoint};
@@ -57,6 +60,7 @@ pub use stages::Stages;
 pub use surface_point::SurfacePoint;
 pub use ties::{TiedSlots, Ties};
 pub use topology::Topology;
+pub use whole::CellCount;
 
 use std::sync::Arc;
 

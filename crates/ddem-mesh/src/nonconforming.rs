@@ -72,14 +72,23 @@ impl Geometry {
         !joint_pair.blocks.iter().any(|&block| self.is_removed(block as usize))
     }
 
+    /// Nonconforming joints at a face of a block, but not those to removed blocks.
+    pub(super) fn joined_at(
+        &self,
+        block: usize,
+        face: u8,
+    ) -> impl Iterator<Item = &NonconformingJoint> {
+        let key = (block as u32, face);
+        let from = self.by_face.partition_point(|&(block, face, _)| (block, face) < key);
+        let here = self.by_face[from..].iter().take_while(move |(a, b, _)| (*a, *b) == key);
+        let here = here.map(|(.., at)| &self.nonconforming_joints[*at as usize]);
+        here.filter(|joint_pair| self.exists(joint_pair))
+    }
+
     /// Properties of the nonconforming joints at a face of a block; `None` if it has none.
     #[must_use]
     pub fn nonconforming(&self, block: usize, face: u8) -> Option<NonconformingFace> {
-        let key = (block as u32, face);
-        let from = self.by_face.partition_point(|&(block, face, _)| (block, face) < key);
-        let here = self.by_face[from..].iter().take_while(|(a, b, _)| (*a, *b) == key);
-        let here = here.map(|(.., at)| &self.nonconforming_joints[*at as usize]);
-        let each = here.filter(|joint_pair| self.exists(joint_pair)).map(|joint_pair| {
+        let each = self.joined_at(block, face).map(|joint_pair| {
             let &NonconformingJoint { joint, stiffness, gap, .. } = joint_pair;
             NonconformingFace { joint, stiffness, gap: gap.max(0.0) }
         });

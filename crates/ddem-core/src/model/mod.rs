@@ -26,7 +26,6 @@ use std::sync::{Arc, OnceLock};
 
 use block_boxes::BlockBoxes;
 use contacts::at_bonds;
-use whole::CellCount;
 
 use crate::model::boundary::{Boundaries, StageGeometry};
 use crate::model::conditions::{ActiveConditions, AppliedForces, Conditions};
@@ -43,7 +42,7 @@ use ddem_mesh::joint_sections::{JointSection, JointSections};
 use ddem_mesh::pack::Packs;
 use ddem_mesh::properties::{Kinematics, Properties};
 use ddem_mesh::slot::NodeSlot;
-use ddem_mesh::{ConformingJoint, Geometry, Stages, TiedSlots, faces};
+use ddem_mesh::{CellCount, ConformingJoint, Geometry, Stages, TiedSlots, faces};
 
 /// Number of crossings of the model's diagonal by a charge's waves before joints and contacts are
 /// damped again.

@@ -28,10 +28,10 @@ pub use ddem_mesh::properties::{
     ContactProperties, DAMPING, FRICTION, JointElasticity, JointProperties, Properties,
 };
 pub use ddem_mesh::{
-    Block, BlockFace, ELSEWHERE, FaceOverlap, Geometry, HexMesh, Lattice, MISSES, MeshBlock,
-    MeshError, MeshFaces, NO_JOINT, NONE, NonconformingFace, NonconformingJoint, Pages, PartShape,
-    RestFace, SLIVER, Stages, Ties, Topology, TributaryLengths, Vec3, bounds, bounds_of, distorted,
-    faces, moved_to, stiffest_nodes,
+    Block, BlockFace, CellCount, ELSEWHERE, FaceOverlap, FreeElement, Geometry, HexMesh, Lattice,
+    MISSES, MeshBlock, MeshError, MeshFaces, NO_JOINT, NONE, NonconformingFace, NonconformingJoint,
+    Pages, PartShape, RestFace, SLIVER, Stages, Ties, Topology, TributaryLengths, Vec3, bounds,
+    bounds_of, distorted, faces, moved_to, stiffest_nodes,
 };
 
 use std::sync::Arc;

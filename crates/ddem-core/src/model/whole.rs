@@ -4,25 +4,6 @@ use std::collections::BTreeSet;
 
 use super::Model;
 use ddem_joint::contact::BondedPatch;
-use ddem_mesh::{Geometry, PartShape};
-
-/// Parts of cells, which are the first blocks of a model, and the whole blocks that they form.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct CellCount {
-    parts: usize,
-    whole: usize,
-}
-
-impl CellCount {
-    pub(super) fn new(geometry: &Geometry) -> Self {
-        let parts = (0..geometry.blocks.len()).map_while(|block| geometry.part(block));
-        let more = |count: Self, part: &PartShape| Self {
-            parts: count.parts + 1,
-            whole: count.whole.max(part.block as usize + 1),
-        };
-        parts.fold(Self { parts: 0, whole: 0 }, more)
-    }
-}
 
 impl Model {
     /// Number of a block in messages and results. It is that of its cell, or of the cells that are
@@ -35,9 +16,7 @@ impl Model {
     #[must_use]
     pub fn whole_block(&self, block: usize) -> usize {
         self.geometry.has_block(block);
-        let CellCount { parts, whole } = self.cell_count;
-        let part = self.geometry.part(block);
-        part.map_or_else(|| whole + block - parts, |part| part.block as usize)
+        self.cell_count.whole_block(&self.geometry, block)
     }
 
     /// Number of blocks as messages and results count them.

@@ -1,6 +1,6 @@
 //! Check for relax stages whose supports leave a rigid motion free.
 
-use ddem_core::problem::{FreeMotion, Geometry};
+use ddem_core::problem::{CellCount, FreeMotion, Geometry};
 use ddem_core::{ErrorCode, Fault, Problem, Simulation};
 
 use super::BuiltDeck;
@@ -43,7 +43,7 @@ fn fault(
         None => "the model".to_owned(),
         Some(block) => {
             let set = deck.set_name(geometry.set(block));
-            let block = geometry.part(block).map_or(block, |part| part.block as usize);
+            let block = CellCount::new(geometry).whole_block(geometry, block);
             format!("block {block} of the set `{set}`, with what is joined to it,")
         }
     };

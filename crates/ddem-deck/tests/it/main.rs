@@ -23,6 +23,7 @@ mod rock_files;
 mod rock_fractures;
 mod rock_ground;
 mod rock_join;
+mod rock_loads;
 mod rock_run;
 mod rock_stability;
 mod rock_steps;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::selector::Selector;
-use ddem_core::problem::{BlockFace, FaceId, Geometry, Lattice, Vec3, moved_to};
+use ddem_core::problem::{BlockFace, CellCount, FaceId, Geometry, Lattice, Vec3, moved_to};
 use ddem_core::{ErrorCode, Fault};
 
 /// Fault of a `where` that selects nothing.
@@ -74,8 +74,10 @@ pub(crate) fn no_face(fault: Fault, selector: &Selector, geometry: &Geometry) ->
     let blocks = (0..geometry.blocks.len())
         .filter(|&block| !geometry.is_removed(block) && selector.has_set(geometry.set(block)));
     let faces = blocks.flat_map(|block| FaceId::all().map(move |face| BlockFace { block, face }));
-    let outer = faces.filter(|face| face.is_outer(geometry));
-    let centres = outer.map(|face| face.centre(geometry));
+    let centres = faces.flat_map(|face| match geometry.part(face.block) {
+        Some(_) => face.free_elements(geometry).iter().map(|free| free.centre).collect(),
+        None => Vec::from_iter(face.is_outer(geometry).then(|| face.centre(geometry))),
+    });
     nearest(fault, selector, centres, "the nearest outer face has its centre")
 }
 
@@ -91,6 +93,7 @@ pub(crate) fn no_node(place: String, selector: &Selector, geometry: &Geometry) -
         };
         help += &if geometry.is_rigid(block) {
             let centre = show(geometry.centroid(block));
+            let block = CellCount::new(geometry).whole_block(geometry, block);
             format!(
                 "; ranges take rigid blocks as a whole, by their centroid: the nearest, block {block}, has \
                  it at {centre} and a corner at {}",

@@ -7,9 +7,13 @@
 //!           5.995 6.005          and half of each neighbouring gap
 //! ```
 
+use std::collections::BTreeMap;
+
 use super::Selector;
 use super::touching::TouchingFaces;
-use ddem_core::problem::{BlockFace, FaceId, Geometry, TributaryLengths, Vec3, bounds_of};
+use ddem_core::problem::{
+    BlockFace, FaceId, FreeElement, Geometry, TributaryLengths, Vec3, bounds_of,
+};
 
 /// Margin of the box around a block, as a fraction of its longest edge.
 const MARGIN: f64 = 1e-8;
@@ -236,16 +240,24 @@ impl Selector {
     }
 
     /// Selected outer faces: they have the given orientation, lie on every given plane and partly
-    /// in the ranges, and have their centre in the shapes.
+    /// in the ranges, and have their centre in the shapes. Of faces of cells the free parts of the elements
+    /// count.
     pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<BlockFace> {
-        self.sides(geometry, |face| face.is_outer(geometry))
+        self.sides(geometry, |face| match geometry.part(face.block) {
+            Some(_) => face.free_elements(geometry).iter().any(|free| self.in_shapes(&free.centre)),
+            None => face.is_outer(geometry) && self.in_shapes(&face.centre(geometry)),
+        })
     }
 
-    /// Faces that would be selected if another block did not cover a part of them.
+    /// Faces of lattices that would be selected if another block did not cover a part of them.
     pub(crate) fn covered_in_part(&self, geometry: &Geometry) -> Vec<BlockFace> {
         let touching = TouchingFaces(geometry);
         let covered = touching.covered();
-        self.sides(geometry, |face| touching.is_covered_in_part(face, &covered))
+        self.sides(geometry, |face| {
+            geometry.part(face.block).is_none()
+                && touching.is_covered_in_part(face, &covered)
+                && self.in_shapes(&face.centre(geometry))
+        })
     }
 
     fn sides(&self, geometry: &Geometry, wanted: impl Fn(&BlockFace) -> bool) -> Vec<BlockFace> {
@@ -259,7 +271,6 @@ impl Selector {
                 let corners = face.corners(geometry);
                 if corners.iter().all(|x| self.on_planes(x))
                     && self.faces(&face.outward(geometry))
-                    && self.in_shapes(&face.centre(geometry))
                     && self.ranges_meet(&face.extended_corners(geometry))
                     && wanted(&face)
                 {
@@ -283,12 +294,23 @@ impl Selector {
     /// the next block has its face in the same plane, half of each neighbouring gap.
     pub(crate) fn areas(&self, geometry: &Geometry, face: &BlockFace) -> Vec<(u32, f64)> {
         if geometry.part(face.block).is_some() {
-            let here = self.in_ranges(&face.centre(geometry));
-            return if here { face.node_areas(geometry) } else { Vec::new() };
+            return self.free_areas(geometry, face);
         }
         let area =
             |(node, slant, [e, f]): TributaryLengths| (node, slant * (e[0] + e[1]) * (f[0] + f[1]));
         self.tributary_lengths(geometry, face).into_iter().map(area).collect()
+    }
+
+    /// Areas of the nodes of a face of a part `[m²]`: of the free parts of the elements whose centre is
+    /// selected.
+    fn free_areas(&self, geometry: &Geometry, face: &BlockFace) -> Vec<(u32, f64)> {
+        let mut areas: BTreeMap<u32, f64> = BTreeMap::new();
+        for FreeElement { centre, areas: own } in face.free_elements(geometry) {
+            if self.in_ranges(&centre) && self.in_shapes(&centre) {
+                own.into_iter().for_each(|(node, area)| *areas.entry(node).or_default() += area);
+            }
+        }
+        areas.into_iter().collect()
     }
 
     /// Lengths whose products are the tributary areas.
