@@ -2,6 +2,7 @@
 
 use super::Simulation;
 use crate::output::energy::Energy;
+use crate::state::motion::Motion;
 use crate::state::{State, Work};
 use crate::step::{EvaluationStep, balance};
 use ddem_joint::losses::Losses;
@@ -165,7 +166,7 @@ impl Simulation {
     }
 
     /// Sets the velocities of all nodes at the present time `[m/s]`, shape `(n_nodes, 3)`; removed
-    /// blocks stay at rest. The energy balance includes the change.
+    /// blocks stay at rest. The energy balance includes the change. A relaxation ends.
     ///
     /// # Panics
     ///
@@ -173,6 +174,11 @@ impl Simulation {
     pub fn set_velocities(&mut self, velocities: &[[f64; 3]]) {
         self.model.one_for_each_node("velocities", velocities.len());
         self.synchronise();
+        // Velocities end a relaxation.
+        if self.motion.fictitious {
+            self.finish_relaxation();
+            self.change_motion(Motion::without_step(&self.model.assembly));
+        }
         let before = self.energy().balance;
         for (node, v) in self.model.existing_nodes(velocities) {
             self.model.set(&mut self.state.v, node, *v);

@@ -110,8 +110,7 @@ impl Simulation {
     pub(crate) fn with_state(model: Model, state: State, simd: Simd) -> Self {
         let scratch = Scratch::new(&model, &state, simd.level());
         let view = StageView::new(&model, &state);
-        // Until a step is set, energies are those of a vanishing step.
-        let motion = Motion::dynamic(&model.assembly, Damping::None, 0.0, 1e-12);
+        let motion = Motion::without_step(&model.assembly);
         Self {
             sampling_period: peaks::sampling_period(&model),
             model: Tracked::new(model),

@@ -20,8 +20,9 @@ use crate::state::watch::MotionWatch;
 use ddem_joint::broken::BrokenJoints;
 use ddem_joint::contact::Contacts;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
-use ddem_mechanics::rigid::{MassProperties, Pose};
+use ddem_mechanics::rigid::{MassProperties, Pose, SpatialVector};
 use ddem_mesh::Vec3;
+use ddem_mesh::pack::Pack;
 
 pub(crate) use peaks::Peaks;
 pub(crate) use relaxation::RelaxationProgress;
@@ -177,6 +178,10 @@ impl State {
             *pose = pose.from_corners(mass_properties, u);
             *u = std::array::from_fn(|corner| pose.displacement(&mass_properties.arm(corner)));
         });
+        self.each_body(model, |_, arms, pose, [u, _]| {
+            *pose = pose.from_points(arms, u);
+            u.iter_mut().zip(arms).for_each(|(u, arm)| *u = pose.displacement(arm));
+        });
     }
 
     /// Moves rigid blocks as near as possible to the velocities that their corners were given.
@@ -187,9 +192,22 @@ impl State {
             let arm = |corner| pose.turn * mass_properties.arm(corner);
             *v = std::array::from_fn(|corner| twist.linear + twist.angular.cross(&arm(corner)));
         });
+        self.each_body(model, |mass_properties, arms, pose, [_, v]| {
+            let mut sums = SpatialVector::default();
+            for (arm, v) in arms.iter().zip(&*v) {
+                sums.linear += v;
+                sums.angular += (pose.turn * arm).cross(v);
+            }
+            *pose = pose.with_velocity_sums(mass_properties, sums);
+            let twist = pose.twist(mass_properties);
+            for (v, arm) in v.iter_mut().zip(arms) {
+                *v = twist.linear + twist.angular.cross(&(pose.turn * arm));
+            }
+        });
     }
 
-    /// Calls `change` with each rigid block and the displacements and velocities of its corners.
+    /// Calls `change` with each rigid block that is a body of its own, and with the displacements and
+    /// velocities of its corners.
     fn each_rigid(
         &mut self,
         model: &Model,
@@ -197,6 +215,9 @@ impl State {
     ) {
         for pack in model.packs.packs.iter().filter(|pack| pack.rigid) {
             for lane in 0..pack.filled {
+                if model.assembly.bodies.body(pack.rigid_start, lane).is_some() {
+                    continue;
+                }
                 let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];
                 let slot = |corner: usize, c: usize| 3 * (pack.start + corner) + c;
                 let get = |field: &[Lanes]| {
@@ -208,6 +229,44 @@ impl State {
                 for (corner, c) in (0..8).flat_map(|corner| [0, 1, 2].map(|c| (corner, c))) {
                     self.u[slot(corner, c)].0[lane] = u[corner][c];
                     self.v[slot(corner, c)].0[lane] = v[corner][c];
+                }
+            }
+        }
+    }
+
+    /// Calls `change` with each rigid body of several blocks: its mass properties, the vectors from its
+    /// centre of mass to the corners of its blocks at rest, and their displacements and velocities.
+    fn each_body(
+        &mut self,
+        model: &Model,
+        change: impl Fn(&MassProperties, &[Vec3], &mut Pose, [&mut [Vec3]; 2]),
+    ) {
+        let bodies = &model.assembly.bodies;
+        for body in 0..bodies.len() {
+            let parts =
+                bodies.parts(body).iter().map(|part| (&model.packs.packs[part.pack], part.lane));
+            let corners =
+                parts.clone().flat_map(|(pack, lane)| (0..8).map(move |k| (pack, lane, k)));
+            let of = |(pack, lane): (&Pack, usize)| &model.assembly.rigid[pack.rigid_start][lane];
+            let arms: Vec<Vec3> =
+                corners.clone().map(|(pack, lane, k)| of((pack, lane)).arm(k)).collect();
+            let get = |field: &[Lanes]| -> Vec<Vec3> {
+                let at = |(pack, lane, k): (&Pack, usize, usize)| {
+                    [0, 1, 2].map(|c| field[3 * (pack.start + k) + c].0[lane]).into()
+                };
+                corners.clone().map(at).collect()
+            };
+            let Some((first, lane)) = parts.clone().next() else { continue };
+            let (mut u, mut v) = (get(&self.u), get(&self.v));
+            let mut pose = self.poses[first.rigid_start][lane];
+            change(of((first, lane)), &arms, &mut pose, [&mut u, &mut v]);
+            for (pack, lane) in parts {
+                self.poses[pack.rigid_start][lane] = pose;
+            }
+            for ((pack, lane, k), (u, v)) in corners.zip(u.iter().zip(&v)) {
+                for c in 0..3 {
+                    self.u[3 * (pack.start + k) + c].0[lane] = u[c];
+                    self.v[3 * (pack.start + k) + c].0[lane] = v[c];
                 }
             }
         }

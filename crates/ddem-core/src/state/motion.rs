@@ -120,6 +120,11 @@ impl Motion {
         }
     }
 
+    /// Motion until a step is set: energies are those of a vanishing step.
+    pub(crate) fn without_step(assembly: &Assembly) -> Self {
+        Self::dynamic(assembly, Damping::None, 0.0, 1e-12)
+    }
+
     /// Motion for the balance of forces in a relaxation: unit steps and no damping.
     pub(crate) fn relaxing(assembly: &Assembly) -> Self {
         Self { fictitious: true, ..Self::dynamic(assembly, Damping::None, 1.0, 1.0) }

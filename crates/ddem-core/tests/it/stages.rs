@@ -305,6 +305,26 @@ fn removed_blocks_stay_at_rest_when_fields_are_set() {
     assert_eq!(a.unbalanced().to_bits(), b.unbalanced().to_bits());
 }
 
+/// Velocities that are set after a relaxation are those of the next motion, also if they are set block by
+/// block.
+#[test]
+fn velocities_after_a_relaxation_can_be_read_and_set_in_parts() {
+    let mut simulation = simulation(&excavated(None));
+    simulation.relax(1e-5, 10_000).unwrap_or_else(|error| panic!("{error}"));
+    let n = simulation.model().n_nodes();
+    let mut wanted = vec![[0.0; 3]; n];
+    for part in [0..n / 2, n / 2..n] {
+        let mut velocities = simulation.velocities();
+        velocities[part.clone()].fill([1e-3, 0.0, -2e-3]);
+        wanted[part].fill([1e-3, 0.0, -2e-3]);
+        simulation.set_velocities(&velocities);
+        assert_eq!(bits(&simulation.velocities()), bits(&wanted));
+    }
+    let mass: f64 = (0..n).map(|node| simulation.model().mass(node)).sum();
+    let (kinetic, exact) = (simulation.energy().kinetic, 0.5 * mass * 5e-6);
+    assert!((kinetic / exact - 1.0).abs() < 1e-12, "{kinetic} {exact}");
+}
+
 /// The loads of a release are not loads of the deck.
 #[test]
 fn release_takes_no_program_history() {

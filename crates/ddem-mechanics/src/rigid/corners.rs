@@ -63,23 +63,6 @@ impl PartCorners {
         SpatialVector { linear: wrench.linear / count - angular.cross(&mean), angular }
     }
 
-    /// Pose as in [`Pose::from_corners`].
-    pub(super) fn pose(&self, mut pose: Pose, displacements: &[Vector3<f64>; 8]) -> Pose {
-        let mean = displacements.iter().sum::<Vector3<f64>>() / 8.0;
-        let (mut stretch, mut moment) = (Matrix3::zeros(), Matrix3::zeros());
-        for (arm, u) in self.arms.iter().zip(displacements) {
-            let d = arm - self.own.mean;
-            stretch += (d + u - mean) * d.transpose();
-            moment += d * d.transpose();
-        }
-        pose.turn = super::fit::rotation(
-            displacements,
-            moment.try_inverse().map(|inverse| stretch * inverse),
-        );
-        pose.shift = mean - super::turned_away(&pose.turn, &self.own.mean);
-        pose
-    }
-
     /// Velocity of the centre of mass and angular velocity nearest to velocities of the corners.
     pub(super) fn twist(
         &self,

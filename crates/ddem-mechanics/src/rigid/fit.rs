@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 
-use super::{MassProperties, Pose};
+use super::{MassProperties, Pose, turned_away};
 
 impl Pose {
     /// Pose with the translation and rotation nearest to displacements of the corners `[m]`.
@@ -11,9 +11,6 @@ impl Pose {
         mass_properties: &MassProperties,
         displacements: &[Vector3<f64>; 8],
     ) -> Self {
-        if let Some(part) = &mass_properties.part {
-            return part.pose(self, displacements);
-        }
         self.shift = displacements.iter().sum::<Vector3<f64>>() / 8.0;
         let mut stretch = Matrix3::zeros();
         for (corner, u) in displacements.iter().enumerate() {
@@ -24,6 +21,23 @@ impl Pose {
         let edges = Matrix3::from_columns(&mass_properties.half);
         let round = edges.try_inverse().map(|inverse| stretch * inverse.transpose() * inverse);
         self.turn = rotation(displacements, round);
+        self
+    }
+
+    /// Pose with the translation and rotation nearest to displacements of points `[m]`, given the vectors
+    /// to them from the centre of mass at rest `[m]`.
+    #[must_use]
+    pub fn from_points(mut self, arms: &[Vector3<f64>], displacements: &[Vector3<f64>]) -> Self {
+        let mean = |of: &[Vector3<f64>]| of.iter().sum::<Vector3<f64>>() / of.len() as f64;
+        let (middle, moved) = (mean(arms), mean(displacements));
+        let (mut stretch, mut moment) = (Matrix3::zeros(), Matrix3::zeros());
+        for (arm, u) in arms.iter().zip(displacements) {
+            let d = arm - middle;
+            stretch += (d + u - moved) * d.transpose();
+            moment += d * d.transpose();
+        }
+        self.turn = rotation(displacements, moment.try_inverse().map(|inverse| stretch * inverse));
+        self.shift = moved - turned_away(&self.turn, &middle);
         self
     }
 
@@ -51,11 +65,8 @@ impl Pose {
     }
 }
 
-/// Rotation in a deformation of the corners, whose gradient is given.
-pub(super) fn rotation(
-    displacements: &[Vector3<f64>; 8],
-    gradient: Option<Matrix3<f64>>,
-) -> UnitQuaternion<f64> {
+/// Rotation in a deformation of some points, whose gradient is given.
+fn rotation(displacements: &[Vector3<f64>], gradient: Option<Matrix3<f64>>) -> UnitQuaternion<f64> {
     // Without relative displacements the rotation is exactly the identity.
     if displacements.iter().all(|u| *u == displacements[0]) {
         return UnitQuaternion::identity();

@@ -131,8 +131,8 @@ fn parts_of_a_body_share_wrench_and_motion() {
             sum.linear += f;
             sum.angular += arm.cross(&f);
         }
-        let u = std::array::from_fn(|corner| pose.displacement(&part.arm(corner)));
-        let fitted = Pose::default().from_corners(part, &u);
+        let arms: [Vector3<f64>; 8] = std::array::from_fn(|corner| part.arm(corner));
+        let fitted = Pose::default().from_points(&arms, &arms.map(|arm| pose.displacement(&arm)));
         assert!((fitted.shift - pose.shift).amax() < 1e-14);
         assert!(fitted.turn.angle_to(&turn) < 1e-7);
         let v =
