@@ -21,6 +21,8 @@ struct PlaneBalance {
     point: Vec3,
     area: f64,
     asked: f64,
+    /// Sum of the required forces along the normal.
+    pull: f64,
     lacking: Vec3,
     /// Sums of the absolute components (`sizes`) and of the norms (`lacks`) of the missing forces,
     /// which may cancel in `lacking`.
@@ -69,6 +71,7 @@ impl BuiltDeck {
                 plane.point = Vec3::from(model.point(node as usize));
                 plane.area += area;
                 plane.asked += force.norm();
+                plane.pull += force.dot(&plane.normal);
                 plane.lacking += lacking;
                 plane.sizes += lacking.abs();
                 plane.lacks += lacking.norm();
@@ -165,9 +168,12 @@ impl PlaneBalance {
             None => format!("a plane through {:.4?} m", <[f64; 3]>::from(self.point)),
         };
         let [x, y, z] = self.lacking.into();
+        let pulls = self.pull > 0.5 * self.asked;
+        let sign =
+            if pulls { ". The stress pulls on these faces: compression is negative" } else { "" };
         let message = format!(
             "the outer faces at {faces} do not carry the in-situ stress: [{x:.4e}, {y:.4e}, {z:.4e}] N are \
-             missing, {:.2} % of what it requires; the model will move to another equilibrium",
+             missing, {:.2} % of what it requires; the model will move to another equilibrium{sign}",
             100.0 * self.lacks / self.asked
         );
         let help = match along.and_then(|axis| self.paste(axis, gravity)) {

@@ -23,9 +23,13 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
             refuse(format!("refine[{i}]"), message, help);
         }
     }
-    if !deck.charge.is_empty() {
-        let message = "charges do not act on regions yet";
-        refuse("charge[0]".into(), message, "leave it out, or model sets of blocks alone");
+    for (i, entry) in deck.charge.iter().enumerate() {
+        if !is_of_blocks(&entry.r#where) {
+            let message = "charges do not act on regions yet";
+            let help = "a `[[load]]` with `pressure` and `history` pushes walls of cells; `set` in `where` \
+                        names a set of blocks beside the region";
+            refuse(format!("charge[{i}]"), message, help);
+        }
     }
     for (i, entry) in deck.boundary.iter().enumerate() {
         if entry.kind == BoundaryKind::FreeField && !is_of_blocks(&entry.r#where) {
@@ -34,9 +38,12 @@ pub(super) fn check(deck: &Deck, faults: &mut Faults) {
             refuse(format!("boundary[{i}]"), message, help);
         }
     }
-    for (i, _) in deck.load.iter().enumerate().filter(|(_, load)| load.line.is_some()) {
-        let message = "line loads do not act on regions yet";
-        let help = "give a `force` on the nodes of the line, or a `traction` on a face";
-        refuse(format!("load[{i}].line"), message, help);
+    for (i, entry) in deck.load.iter().enumerate() {
+        if entry.line.is_some() && !is_of_blocks(&entry.r#where) {
+            let message = "line loads do not act on regions yet";
+            let help = "a `force` on the nodes of the line, or a `traction` on a face; `set` in `where` \
+                        names a set of blocks beside the region";
+            refuse(format!("load[{i}].line"), message, help);
+        }
     }
 }

@@ -83,7 +83,18 @@ fn maybe_tunnel(fault: Fault, path: &str, cuts: &BTreeMap<String, bool>) -> Faul
             let all = names::list(tunnels());
             fault.help(format!("did you mean `{near}`? tunnels of this deck: {all}"))
         }
-        None => fault,
+        None if path.contains(['.', '/', '\\']) => fault,
+        None => {
+            let all: Vec<&str> = tunnels().collect();
+            let all = match all[..] {
+                [] => "this deck has none".to_owned(),
+                _ => format!("those of this deck are {}", names::list(all.iter().copied())),
+            };
+            fault.help(format!(
+                "`inside` takes the name of a tunnel, {all}, or the path of a closed surface in the folder of \
+                 the deck"
+            ))
+        }
     }
 }
 

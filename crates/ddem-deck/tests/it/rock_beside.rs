@@ -169,3 +169,28 @@ fn rigid_set_relaxes_after_all_rigid_cells_have_gone() {
     simulation.enter(1).expect("an excavation");
     simulation.relax(1e-9, 2000).expect("an equilibrium without cells");
 }
+
+/// A line load and a charge on the set, without the set `name`.
+const ON_SET: &str = "
+[[remove]]
+where = { set = 'wall', z = [1, 2] }
+[[load]]
+line = [0, 0, -1e3]
+where = { set = 'wall', x = 6.0, z = 3.0 }
+[[charge]]
+where = { set = 'wall', z = [0, 3] }
+pressure = 1e5
+";
+
+#[test]
+fn line_loads_and_charges_act_on_sets_beside_regions() {
+    let model = built(&format!("{DECK}{ON_SET}")).model();
+    let conditions = model.conditions();
+    let sum: f64 = conditions.loaded[0].forces.iter().map(|(_, force)| force.z).sum();
+    assert!((sum + 3e3).abs() < 1e-9, "{sum}");
+    let charge = &conditions.charged[0].charge;
+    // The roof and the floor of the hole.
+    assert_eq!((charge.size.walls, charge.size.area), (2, 12.0));
+    let of_set = |node: &u32| model.geometry().set(model.geometry().locate(*node as usize).0) == 2;
+    assert!(charge.nodes.iter().all(of_set));
+}

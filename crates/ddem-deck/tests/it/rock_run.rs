@@ -415,6 +415,7 @@ fn wrong_names_of_cuts() {
     ] {
         found.extend(messages(&named(&format!("[[{section}\nwhere = {{ {region} }}"))));
     }
+    found.extend(messages(&whole("[[remove]]\nwhere = { inside = 'drift' }")));
     let unnamed = named("[[assign]]\njoint = 'major'\nwhere = { cut = 'fault' }");
     let unnamed = unnamed.replace("name = 'fault'\n", "").replace("name = 'drift'\n", "");
     found.extend(messages(&unnamed));

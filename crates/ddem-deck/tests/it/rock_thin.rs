@@ -81,6 +81,31 @@ fn added_inertia_is_that_of_the_kinetic_energy() {
     assert!(built.warnings(&built.model()).iter().all(other));
 }
 
+/// Rock between three scattered sets has cells of all shapes. Its thin cells add at most 0.5 % to the inertia.
+#[test]
+fn scattered_sets_add_little_inertia() {
+    let set = |dip: u32, direction: u32| {
+        format!(
+            "[[cut]]
+joint = 'bed'
+set = {{ dip = {dip}, dip_direction = {direction}, fisher = 50, spacing = {{ mean = 1.0, spread = 0.3 }} }}
+"
+        )
+    };
+    let text = falling(1.0).replace("[2, 2, 2]", "[7, 7, 7]");
+    let (head, rest) = text.split_once("[[cut]]").unwrap();
+    let (_, stages) = rest.split_once("[[stage]]").unwrap();
+    let sets = [set(30, 80), set(70, 200), set(80, 320)].concat();
+    let model = rock_decks::built(&format!("{head}{sets}[[stage]]{stages}")).model();
+    let volume = model.volumes()[0];
+    assert!((volume / 343.0 - 1.0).abs() < 1e-12, "{volume}");
+    let n = model.n_nodes();
+    let mut simulation = Simulation::new(model);
+    simulation.set_velocities(&vec![[2.0, 0.0, 0.0]; n]);
+    let share = 2.0 * simulation.energy().kinetic / (2.0_f64.powi(2) * volume * 2700.0) - 1.0;
+    assert!((1e-6..5e-3).contains(&share), "{share}");
+}
+
 /// Critical step of a box of rock with edges of 1 m, `length` metres long, and more of its deck.
 fn step_of_box(length: f64, more: &str) -> f64 {
     let text = format!(

@@ -61,7 +61,20 @@ pub fn table(rock: &CutRock, added: &[f64]) -> String {
             counted(rock.complex.n_uncut(), "cut")
         );
     }
+    text += &idle_fractures(rock);
     text + &thinnest(rock)
+}
+
+/// Line on the discs and polygons that cut no cell.
+fn idle_fractures(rock: &CutRock) -> String {
+    let idle = rock.idle_fractures();
+    if idle == 0 {
+        return String::new();
+    }
+    format!(
+        "{idle} of {} cut no cell: none lies there that `where` selects, or they cover at most a twentieth of its section\n",
+        counted(rock.fractures.len(), "fracture")
+    )
 }
 
 /// Line on the cells of a region that are thin, what becomes of them, and the inertia added.

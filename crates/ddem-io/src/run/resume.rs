@@ -141,7 +141,8 @@ impl Resumed {
         if computed != model.computed() {
             let computed = computed.join("`, `");
             let message = format!(
-                "the program that saved it computed `{computed}`, which a deck cannot do: resume it in that program"
+                "the program that saved it computed `{computed}`, which a deck cannot do: resume it in that \
+                 program, with the model that computes it"
             );
             return Err(wrong(&self.path, message));
         }

@@ -1,6 +1,10 @@
 //! Discs and polygons of cuts, as a list.
 
-use ddem_cut::{Compass, Fracture};
+use std::collections::BTreeSet;
+
+use ddem_cut::{Compass, Fracture, PlaneSource};
+
+use super::CutRock;
 
 /// Disc or polygon of a cut. A polygon is listed as the disc of its area.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,6 +22,21 @@ pub struct RockFracture {
     pub radius: f64,
     /// Area `[m²]`.
     pub area: f64,
+}
+
+impl CutRock {
+    /// Number of discs and polygons that cut no cell.
+    #[must_use]
+    pub fn idle_fractures(&self) -> usize {
+        let cuts: BTreeSet<u32> = self.fractures.iter().map(|fracture| fracture.cut).collect();
+        let is_cut = |plane: &u32| match self.complex.planes()[*plane as usize].source {
+            PlaneSource::Cut(cut) | PlaneSource::Bridge(cut) => cuts.contains(&cut),
+            PlaneSource::Region => false,
+        };
+        let planes = self.common.iter().map(|face| face.plane).filter(is_cut);
+        let cutting = planes.filter(|plane| self.complex.fracture(*plane).is_some());
+        self.fractures.len().saturating_sub(cutting.collect::<BTreeSet<u32>>().len())
+    }
 }
 
 /// Fractures of a cut.
