@@ -36,9 +36,14 @@ fn real<'py>(any: &Bound<'py, PyAny>, argument: &str) -> PyResult<Bound<'py, PyA
     let py = any.py();
     let refused = |message: &str| model_error(py, argument, message, None);
     let numpy = py.import("numpy")?;
-    let array = numpy
-        .call_method1("asarray", (any,))
-        .map_err(|error| refuse(py, argument, "is no array of numbers", error))?;
+    let array = numpy.call_method1("asarray", (any,)).map_err(|error| {
+        refuse(
+            py,
+            argument,
+            "is no array of numbers: expected numbers, or rows of equal length",
+            error,
+        )
+    })?;
     let fits = numpy.call_method1("can_cast", (array.getattr("dtype")?, "f8", "same_kind"))?;
     if !fits.is_truthy()? {
         let dtype = array.getattr("dtype")?.str()?;
@@ -90,7 +95,10 @@ pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> P
     let shape: Vec<usize> = array.getattr("shape")?.extract()?;
     let size = shape.iter().fold(1_usize, |size, n| size.saturating_mul(*n));
     if size > MOST.max(10 * n_nodes) {
-        return Err(refused(format!("has shape {}, which is too large", shown(&shape))));
+        return Err(refused(format!(
+            "has shape {}, which is too large for {n_nodes} nodes",
+            shown(&shape)
+        )));
     }
     let kind: String = array.getattr("dtype")?.getattr("kind")?.extract()?;
     let numpy = py.import("numpy")?;
@@ -103,7 +111,11 @@ pub(crate) fn nodes(any: &Bound<'_, PyAny>, argument: &str, n_nodes: usize) -> P
         "i" | "u" => {}
         // NumPy makes floats of an empty list.
         _ if shape == [0] => {}
-        _ => return Err(refused("must be whole numbers of nodes, or a mask".to_owned())),
+        _ => {
+            return Err(refused(format!(
+                "must be whole numbers of nodes, or a mask of shape ({n_nodes},)"
+            )));
+        }
     }
     if shape.len() > 1 {
         return Err(refused(format!("has shape {}, expected one dimension", shown(&shape))));
@@ -136,7 +148,7 @@ pub(crate) fn fill(
     let py = out.py();
     let refused = |message: String| model_error(py, "out", &message, None);
     let Ok(untyped) = out.cast::<PyUntypedArray>() else {
-        return Err(refused("must be a NumPy array".to_owned()));
+        return Err(refused("must be a NumPy array of float64".to_owned()));
     };
     if untyped.shape() != shape {
         let (found, wanted) = (shown(untyped.shape()), shown(shape));

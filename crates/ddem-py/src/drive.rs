@@ -162,7 +162,8 @@ pub(crate) fn read_stage(
     let (mut entry, _) = table("stage", keys, &mut no_matter)?;
     for (key, own) in [("name", "stage"), ("kind", kind)] {
         if entry.insert(key.to_owned(), Value::String(own.to_owned())).is_some() {
-            return Err(model_error(py, key, "is not an argument", None));
+            let message = "is not an argument: the method sets it";
+            return Err(model_error(py, key, message, None));
         }
     }
     if let Some(duration) = duration {

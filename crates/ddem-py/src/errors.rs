@@ -32,7 +32,11 @@ macro_rules! raise {
 pub(crate) fn busy(py: Python<'_>, what: &str) -> PyErr {
     let by = "another thread is using it, or a function that a call of it calls";
     let code = ErrorCode::Busy;
-    coded(py, raise!(py, "Busy", (format!("{what} is busy: {by} [{code}]"),)), code)
+    coded(
+        py,
+        raise!(py, "Busy", (format!("{what} is busy: {by}; wait for it, or use a copy [{code}]"),)),
+        code,
+    )
 }
 
 /// Exception for a fault in the program itself.
@@ -143,7 +147,7 @@ pub(crate) fn arguments(py: Python<'_>, mut error: ModelError, prefix: &str) -> 
         fault.place = place.strip_prefix("where.").unwrap_or(place).to_owned();
         if fault.place == "where" && fault.message.ends_with("is missing") {
             *fault = Fault::new(ErrorCode::MissingKey, "", "no selection is given")
-                .help(notation::where_keys());
+                .help(format!("give one of {}", notation::where_keys()));
         }
         fault.help = fault.help.take().map(|help| notation::list(&help));
     }
@@ -177,7 +181,7 @@ pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
     match failure {
         RunFailure::Deck(error) => deck(py, error),
         RunFailure::Model(error) => model(py, error),
-        RunFailure::Folder(error) => folder(error),
+        RunFailure::Folder(error) => folder(error, false),
         RunFailure::Memory { .. } => PyMemoryError::new_err(message),
         RunFailure::Stage { stage, error } => run_error(py, error, &format!("stage `{stage}`: ")),
         RunFailure::Output(error) => output(error),
@@ -188,14 +192,17 @@ pub(crate) fn failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
     }
 }
 
-fn folder(error: &FolderError) -> PyErr {
+/// Exception for a folder of results, of a deck or of a `recording` of single runs.
+pub(crate) fn folder(error: &FolderError, recording: bool) -> PyErr {
     let advice = match error {
+        FolderError::InUse { .. } => ": wait until it has finished or give another folder",
+        FolderError::NotWritable { .. } => "",
+        _ if recording => ": record in another folder",
         FolderError::OtherDeck { .. } => {
             ": give another folder, or run without resume=True and overwrite=True to keep them"
         }
         FolderError::ForeignFile { .. } => ": give another folder or delete the file",
         FolderError::NotAFolder { .. } => ": give another folder",
-        FolderError::InUse { .. } => ": wait until it has finished or give another folder",
         FolderError::NothingToResume { .. } => ": run without resume=True",
         FolderError::DeckChanged { .. } => ": restore it, or run without resume=True to start over",
         _ => "",

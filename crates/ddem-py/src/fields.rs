@@ -55,7 +55,7 @@ pub(crate) fn unknown(py: Python<'_>, argument: &str, name: &str, known: &[&str]
     let near = names::nearest(name, known.iter().copied());
     let near = near.map(|near| format!("did you mean `{near}`? ")).unwrap_or_default();
     let help = match known {
-        [] => "there is none".to_owned(),
+        [] => "the model has none".to_owned(),
         known => format!("{near}there are {}", names::list(known.iter().copied())),
     };
     no_name(py, argument, name, &help)

@@ -145,7 +145,9 @@ fn run_deck(
     let checkpoint_every = checkpoint_every.map(seconds).transpose()?;
     let earlier = match (resume, overwrite) {
         (true, true) => {
-            return Err(PyValueError::new_err("resume and overwrite exclude each other"));
+            return Err(PyValueError::new_err(
+                "resume and overwrite exclude each other: give one of them",
+            ));
         }
         (true, false) => Earlier::Resume,
         (false, true) => Earlier::Overwrite,

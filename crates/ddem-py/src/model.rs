@@ -109,7 +109,12 @@ impl PyModel {
         if let Ok(mapping) = deck.cast::<PyMapping>() {
             return match value(mapping.as_any(), "deck", &mut no_matter)? {
                 Value::Table(root) => Self::of(py, &root),
-                _ => Err(model_error(py, "deck", "a deck is a dictionary", None)),
+                _ => Err(model_error(
+                    py,
+                    "deck",
+                    "expected the path of a deck or a dictionary",
+                    None,
+                )),
             };
         }
         let path: PathBuf = deck.extract().map_err(|error| {
@@ -347,7 +352,9 @@ fn named(py: Python<'_>, root: &mut Table, matter: &Matter<'_>) -> PyResult<Stri
     };
     match all.get(&name) {
         Some(other) if *other != table => {
-            let message = format!("there is another {kind} named `{name}`, with other values");
+            let message = format!(
+                "there is another {kind} named `{name}`, with other values: give it another `name`"
+            );
             Err(model_error(py, kind, &message, None))
         }
         _ => {

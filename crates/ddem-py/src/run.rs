@@ -340,6 +340,7 @@ fn part<T: Send>(
         simulation.called.take_raised().unwrap_or_else(|| match failure {
             RunFailure::Model(error) => errors::arguments(py, error, "stage[0]"),
             RunFailure::Stage { error, .. } => errors::run_error(py, &error, ""),
+            RunFailure::Folder(error) => errors::folder(&error, true),
             failure => errors::failure(py, &failure),
         })
     })

@@ -46,7 +46,7 @@ fn at_depth(
 ) -> PyResult<Value> {
     let refused = |message: String| Err(model_error(any.py(), place, &message, None));
     if depth > DEEPEST {
-        return refused("lists in lists without end".to_owned());
+        return refused(format!("is nested deeper than {DEEPEST} lists"));
     }
     if let Some(value) = scalar(any, place, name)? {
         return Ok(value);
@@ -105,7 +105,7 @@ fn scalar(any: &Bound<'_, PyAny>, place: &str, name: &mut Name<'_>) -> PyResult<
     if let Ok(number) = any.cast::<PyInt>() {
         return match number.extract::<i64>() {
             Ok(number) => Ok(Some(Value::Integer(number))),
-            Err(_) => refused("a whole number with too many digits".to_owned()),
+            Err(_) => refused("a whole number must fit in 64 bits".to_owned()),
         };
     }
     if let Ok(number) = any.cast::<PyFloat>() {
@@ -131,9 +131,17 @@ fn of_mapping(
             let message = format!("the key {} is not a string", key.repr()?);
             return Err(model_error(mapping.py(), place, &message, None));
         };
-        if !value.is_none() {
-            let place = format!("{place}.{key}");
-            table.insert(key, at_depth(&value, &place, name, (depth, entries))?);
+        if value.is_none() {
+            continue;
+        }
+        // As the keyword of a method, which messages name. Decks have names of their own as keys.
+        let is_keyword = key == "from_" && !place.starts_with("deck");
+        let key = if is_keyword { "from".to_owned() } else { key };
+        let own = format!("{place}.{key}");
+        let value = at_depth(&value, &own, name, (depth, entries))?;
+        if table.insert(key, value).is_some() {
+            let message = "is given twice: leave one out";
+            return Err(model_error(mapping.py(), &own, message, None));
         }
     }
     Ok(Value::Table(table))
@@ -206,7 +214,7 @@ pub(crate) fn table<'py>(
         let value = shorthand((section, &key), value);
         let put = |into: &mut Table, key: &str, value| match into.insert(key.to_owned(), value) {
             None => Ok(()),
-            Some(_) => Err(model_error(given.py(), key, "is given twice", None)),
+            Some(_) => Err(model_error(given.py(), key, "is given twice: leave one out", None)),
         };
         match (key.as_str(), value) {
             (key, value) if part_of_where(section, key) => put(&mut selector, key, value)?,

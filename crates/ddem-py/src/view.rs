@@ -53,7 +53,7 @@ impl PySimulation {
         let n_nodes = self.n_nodes(py)?;
         let nodes = nodes.map(|nodes| arrays::nodes(nodes, "nodes", n_nodes)).transpose()?;
         if nodes.is_some() && field.on != FieldLocation::Node {
-            let message = format!("`{name}` is not a field at nodes");
+            let message = format!("`{name}` is not a field at nodes: leave `nodes` out");
             return Err(model_error(py, "nodes", &message, None));
         }
         let mut inner = self.lock(py)?;
