@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Every check there is. Run from anywhere; leaves only target/ and .venv/ behind.
-# `./check.sh full` adds the runs of large models, which take some minutes and need a quiet machine.
+# `./check.sh full` adds tests of the release profile and runs of large models, which need a quiet machine.
 set -euo pipefail
 cd "$(dirname "$0")"
 # Data for the next build would only fill the disk.
@@ -41,10 +41,6 @@ say "tests"
 # Not of the module: its tests are in Python, and a test in Rust would need the library of Python.
 cargo test --workspace --exclude ddem-py --all-targets --locked
 cargo test --workspace --exclude ddem-py --doc --locked
-# A compiler can be wrong in one profile only. Optimisation across crates would take longer than the
-# tests.
-CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_DEBUG=0 \
-    cargo test --release --package ddem-core --package ddem-cut --package ddem-joint --package ddem-mesh --package ddem-mechanics --locked
 DDEM_CLI="${CARGO_TARGET_DIR:-$PWD/target}/debug/ddem"
 export DDEM_CLI
 
@@ -61,6 +57,11 @@ say "Python tests"
 if [ "${1:-}" = full ]; then
     say "fuzzing targets"
     cargo check --manifest-path fuzz/Cargo.toml --target-dir target/fuzz
+    # A compiler can be wrong in one profile only. Optimisation across crates would take longer than the
+    # tests.
+    say "tests of the release profile"
+    CARGO_PROFILE_RELEASE_LTO=off CARGO_PROFILE_RELEASE_CODEGEN_UNITS=16 CARGO_PROFILE_RELEASE_DEBUG=0 \
+        cargo test --release --package ddem-core --package ddem-cut --package ddem-joint --package ddem-mesh --package ddem-mechanics --locked
     say "large runs"
     # Tests that measure their process run alone.
     cargo test --test contract --locked -- --ignored --nocapture million_nodes_are

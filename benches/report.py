@@ -3,9 +3,8 @@
     python benches/report.py [--no-run]
 
 Runs `cargo bench --bench step`, of which criterion writes the times below `target/criterion`, and
-replaces the text between `<!-- measured: NAME -->` and `<!-- end -->` in the page. The prose around
-stays. With `--no-run` it uses the results of the last runs. The table of other programs is that of the last
-`python benches/peers/run.py`.
+`benches/peers/run.py` with the Python that runs this. It replaces the text between `<!-- measured: NAME -->`
+and `<!-- end -->` in the page; the prose around stays. With `--no-run` it uses the results of the last runs.
 """
 
 import argparse
@@ -39,9 +38,12 @@ LIMITS = {
 
 
 def measure() -> None:
-    """Runs the benchmark, and notes the machine."""
+    """Runs the benchmark and the other programs, and notes the machine."""
     before = os.getloadavg()[0]
+    subprocess.run(["cargo", "build", "--release"], cwd=ROOT, check=True)
     subprocess.run(["cargo", "bench", "--bench", "step"], cwd=ROOT, check=True)
+    peers = [sys.executable, ROOT / "benches/peers/run.py", ROOT / "target/release/ddem"]
+    subprocess.run(peers, cwd=ROOT, check=True)
     cpu = re.search(r"model name\s*:\s*(.*)", Path("/proc/cpuinfo").read_text())
     rust = subprocess.run(["rustc", "--version"], capture_output=True, text=True, check=True)
     machine = {
@@ -238,7 +240,7 @@ def peers(measured: Measured) -> str:
         for version, value in rate.items()
         if version.startswith("ddem") and csr
     ]
-    text += f"\nddem over SciPy CSR, one thread each: {', '.join(ratios)}. "
+    text += f"\nddem over SciPy CSR, one thread each: {', '.join(ratios)}. Measured on {found.get('date', 'an unknown date')}. "
     absent = ", ".join(name.split("_")[0] for name in found["absent"])
     return text + (f"Not installed, and not measured: {absent}.\n" if absent else "\n")
 

@@ -10,6 +10,7 @@ not installed are named as absent. Results are written to `target/bench/peers.js
 """
 
 import argparse
+import datetime
 import json
 import subprocess
 import sys
@@ -102,7 +103,8 @@ def main() -> int:
               f"{row['bytes']:>8.0f} bytes  {difference}")  # fmt: skip
     for name in absent:
         print(f"{name}: not installed")
-    results = {"nodes": nodes, "rows": rows, "absent": absent, "tolerance": TOLERANCE}
+    date = datetime.date.today().isoformat()
+    results = {"nodes": nodes, "rows": rows, "absent": absent, "tolerance": TOLERANCE, "date": date}
     out = ROOT / "target/bench/peers.json"
     out.parent.mkdir(parents=True, exist_ok=True)
     out.write_text(json.dumps(results, indent=1) + "\n")
