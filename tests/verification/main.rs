@@ -17,6 +17,7 @@ mod boundaries;
 mod cantilever;
 mod cells;
 mod cells_contact;
+mod cells_free;
 mod collisions;
 mod contact_energy;
 mod convergence;

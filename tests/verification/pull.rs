@@ -97,6 +97,21 @@ fn softening_dissipates_fracture_energy_with_contacts() {
 }
 
 #[test]
+fn softening_between_cells_dissipates_fracture_energy() {
+    let text = example("v05_pull_softening");
+    let (from, to) = (text.find("[[blocks]]"), text.find("[[fix]]"));
+    let (before, after) = (&text[..from.expect("blocks")], &text[to.expect("supports")..]);
+    // An oblique plane divides both blocks into cells that stay joined.
+    let cells = "[[region]]\nbox = { from = [0, 0, 0], to = [1, 1, 2] }\nmaterial = \"rock\"\n\
+                 [[cut]]\nplane = { dip = 0, dip_direction = 0, through = [0, 0, 1] }\njoint = \"seam\"\n\
+                 [[cut]]\nplane = { dip = 75, dip_direction = 110, through = [0.45, 0.55, 1] }\njoin = true\n\n";
+    let text = format!("{before}{cells}{after}");
+    softens("cells", &text, 200.0);
+    let rigid = "material = \"rock\"\nbody = \"rigid\"\n[[cut]]";
+    softens("rigid cells", &edited(&text, "material = \"rock\"\n[[cut]]", rigid), 200.0);
+}
+
+#[test]
 fn softening_of_thick_joint_dissipates_fracture_energy() {
     let brittle = "tension = 1e6                      # Pa\n";
     let soft = "tension = 1e6\nfracture_energy = [200, 10000]\n";
