@@ -34,7 +34,7 @@ pub(crate) fn busy(py: Python<'_>, what: &str) -> PyErr {
     let code = ErrorCode::Busy;
     coded(
         py,
-        raise!(py, "Busy", (format!("{what} is busy: {by}; wait for it, or use a copy [{code}]"),)),
+        raise!(py, "Busy", (format!("{what} is busy: {by}; let that call end first [{code}]"),)),
         code,
     )
 }
@@ -203,7 +203,6 @@ pub(crate) fn folder(error: &FolderError, recording: bool) -> PyErr {
         }
         FolderError::ForeignFile { .. } => ": give another folder or delete the file",
         FolderError::NotAFolder { .. } => ": give another folder",
-        FolderError::NothingToResume { .. } => ": run without resume=True",
         FolderError::DeckChanged { .. } => ": restore it, or run without resume=True to start over",
         _ => "",
     };
