@@ -224,7 +224,7 @@ fn broken() -> Vec<String> {
             &(BESIDE.replace("1, 1, 1", "1, 0.5, 2")
                 + "joint = 'seam'\n[[load]]\nwhere = { x = 3.0 }\npressure = 1e6\n"),
         ),
-        deck("[[initial]]\nstress = [-1e6, -1e6, -1e6, 0, 0, 0]\n"),
+        deck("[[initial]]\nstress = [-1e6, -1e6, 1e6, 0, 0, 0]\n"),
         deck(&format!("{BLAST}{RELAX}{DYNAMIC}")),
         blast("mass = 500", "mass = 5"),
         blast("mass = 500", "mass = 5000"),
