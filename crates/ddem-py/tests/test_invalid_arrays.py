@@ -106,7 +106,7 @@ def test_invalid_out_arrays_are_refused() -> None:
     def refusal(out: Any, name: str = "velocity") -> str:
         return refused(lambda: simulation.field(name, out=out))
 
-    assert refusal([0.0]) == "out: must be a NumPy array [invalid-argument]"
+    assert refusal([0.0]) == "out: must be a NumPy array of float64 [invalid-argument]"
     assert refusal(np.zeros((3, 3))) == "out: has shape (3, 3), expected (27, 3) [invalid-argument]"
     assert refusal(np.zeros((27, 3), "f4")).startswith("out: has dtype float32, expected float64")
     assert refusal(np.zeros((27, 3), ">f8")).startswith("out: has dtype >f8, expected float64")
@@ -122,7 +122,7 @@ def test_unknown_fields_are_refused() -> None:
     message = refused(lambda: simulation.field("displacment"))
     assert message.startswith("name: there is no `displacment` (did you mean `displacement`?")
     message = refused(lambda: simulation.field("stress", nodes=[0]))
-    assert message == "nodes: `stress` is not a field at nodes [invalid-argument]"
+    assert message == "nodes: `stress` is not a field at nodes: leave `nodes` out [invalid-argument]"
 
 
 @pytest.mark.parametrize("n", [-1, 1.5, "a", None, [1], 2**70, np.nan, np.float64(3)])

@@ -124,7 +124,8 @@ def test_items_of_the_page_on_rust_exist():
 @built
 def test_search_finds_examples_and_verification_in_a_small_index():
     index = SITE / "search" / "search_index.json"
-    assert index.stat().st_size < 600_000
+    # A browser reads it before its first search.
+    assert index.stat().st_size < 650_000
     pages = {}
     for entry in json.loads(index.read_text(encoding="utf-8"))["docs"]:
         page = entry["location"].partition("#")[0]

@@ -92,7 +92,7 @@ def model_calls(tmp_path):
         def __float__(self):
             return 1.0
 
-    class Adding:
+    class Growing:
         def tolist(self):
             count = len(growing.deck["materials"])
             rock = ddem.Material(density=count, young=1, poisson=0)
@@ -107,7 +107,7 @@ def model_calls(tmp_path):
     yield "name of a file", lambda: column().to_deck("a\0b")
     yield "function in a deck", driven.to_deck
     yield "result of a function", lambda: driven.build().step()
-    yield "model that grows", lambda: growing.load(pressure=Adding(), z=2.0)
+    yield "model that grows", lambda: growing.load(pressure=Growing(), z=2.0)
     yield "name of a material", lambda: column().add_blocks(material=other)
 
 
