@@ -245,7 +245,13 @@ fn tables_of_fractures_are_discs() {
         assert_eq!(rock.complex.cells(), disc.complex.cells());
         assert_eq!(rock.properties, disc.properties);
     }
-    assert!(of_table(plain.as_bytes(), "").unwrap().properties.len() > disc.properties.len());
+    let both = of_table(plain.as_bytes(), "").unwrap();
+    assert!(both.properties.len() > disc.properties.len());
+    // A disc of a centimetre covers less than a twentieth of a column.
+    let more = format!("{plain}1.5, 1.5, 1.5, 10, 0, 0.01\n");
+    let idle = of_table(more.as_bytes(), "").unwrap();
+    assert_eq!([both.idle_fractures(), idle.idle_fractures()], [0, 1]);
+    assert_eq!(idle.properties, both.properties);
 }
 
 #[test]
