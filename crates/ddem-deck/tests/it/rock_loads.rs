@@ -8,6 +8,10 @@ use crate::rock_decks::built;
 /// Square tunnel of 2 m through a box of rock, or 2 m into it, and loads in it. Cells beside the tunnel have
 /// faces that reach beyond it.
 fn tunnel(end: f64, joints: &str, loads: &str) -> String {
+    let roller =
+        |axis: &str, at: f64| format!("[[fix]]\nwhere = {{ {axis} = {at:?} }}\naxes = '{axis}'\n");
+    let sides = [("x", 0.0), ("x", 10.0), ("y", 0.0), ("y", 4.0), ("z", 0.0), ("z", 10.0)];
+    let rollers: String = sides.iter().map(|&(axis, at)| roller(axis, at)).collect();
     format!(
         "[materials.granite]
         density = 2500.0
@@ -30,24 +34,7 @@ fn tunnel(end: f64, joints: &str, loads: &str) -> String {
         [[remove]]
         where = {{ inside = 'heading' }}
         from = 'dig'
-        [[fix]]
-        where = {{ z = 0.0 }}
-        axes = 'z'
-        [[fix]]
-        where = {{ z = 10.0 }}
-        axes = 'z'
-        [[fix]]
-        where = {{ x = 0.0 }}
-        axes = 'x'
-        [[fix]]
-        where = {{ x = 10.0 }}
-        axes = 'x'
-        [[fix]]
-        where = {{ y = 0.0 }}
-        axes = 'y'
-        [[fix]]
-        where = {{ y = 4.0 }}
-        axes = 'y'
+        {rollers}
         {loads}
         [[stage]]
         name = 'rest'

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::select::free_centres;
 use super::selector::Selector;
 use ddem_core::problem::{BlockFace, CellCount, FaceId, Geometry, Lattice, Vec3, moved_to};
 use ddem_core::{ErrorCode, Fault};
@@ -74,10 +75,7 @@ pub(crate) fn no_face(fault: Fault, selector: &Selector, geometry: &Geometry) ->
     let blocks = (0..geometry.blocks.len())
         .filter(|&block| !geometry.is_removed(block) && selector.has_set(geometry.set(block)));
     let faces = blocks.flat_map(|block| FaceId::all().map(move |face| BlockFace { block, face }));
-    let centres = faces.flat_map(|face| match geometry.part(face.block) {
-        Some(_) => face.free_elements(geometry).iter().map(|free| free.centre).collect(),
-        None => Vec::from_iter(face.is_outer(geometry).then(|| face.centre(geometry))),
-    });
+    let centres = faces.flat_map(|face| free_centres(geometry, &face));
     nearest(fault, selector, centres, "the nearest outer face has its centre")
 }
 

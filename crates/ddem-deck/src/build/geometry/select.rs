@@ -18,6 +18,15 @@ use ddem_core::problem::{
 /// Margin of the box around a block, as a fraction of its longest edge.
 const MARGIN: f64 = 1e-8;
 
+/// Points by which the free parts of a face are selected `[m]`: the centre of an outer face, of a face of a
+/// cell those of its elements.
+pub(super) fn free_centres(geometry: &Geometry, face: &BlockFace) -> Vec<Vec3> {
+    match geometry.part(face.block) {
+        Some(_) => face.free_elements(geometry).iter().map(|free| free.centre).collect(),
+        None => Vec::from_iter(face.is_outer(geometry).then(|| face.centre(geometry))),
+    }
+}
+
 /// Boxes around the blocks of a geometry, to find the nodes of many selectors.
 pub(crate) struct NodeSearch<'a> {
     geometry: &'a Geometry,
@@ -243,10 +252,7 @@ impl Selector {
     /// in the ranges, and have their centre in the shapes. Of faces of cells the free parts of the elements
     /// count.
     pub(crate) fn surfaces(&self, geometry: &Geometry) -> Vec<BlockFace> {
-        self.sides(geometry, |face| match geometry.part(face.block) {
-            Some(_) => face.free_elements(geometry).iter().any(|free| self.in_shapes(&free.centre)),
-            None => face.is_outer(geometry) && self.in_shapes(&face.centre(geometry)),
-        })
+        self.sides(geometry, |face| free_centres(geometry, face).iter().any(|x| self.in_shapes(x)))
     }
 
     /// Faces of lattices that would be selected if another block did not cover a part of them.
