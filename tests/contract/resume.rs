@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use ddem_deck::BuildProgress;
 use ddem_io::folder::Earlier;
 use ddem_io::run::{Event, Observer, Options, Outcome, RunFailure, run};
 
@@ -254,4 +255,31 @@ fn run_stopped_before_output_leaves_no_folder() {
     let outcome = run(&deck, &source, &Options::new(&out), &mut observer);
     assert!(matches!(outcome, Err(RunFailure::Stopped)));
     assert!(!out.exists());
+}
+
+/// Observer that has abandoned the model before it is built.
+struct Abandoning(Arc<BuildProgress>);
+
+impl Observer for Abandoning {
+    fn event(&mut self, _: Event<'_>) {}
+
+    fn build_progress(&self) -> Arc<BuildProgress> {
+        self.0.clone()
+    }
+}
+
+#[test]
+fn abandoned_model_leaves_no_folder() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (deck, source) = ddem_deck::parse(&mixed(), "test.toml").expect("a deck");
+    let out = folder.path().join("out");
+    let mut observer = Abandoning(Arc::default());
+    assert!(observer.0.abandon());
+    let outcome = run(&deck, &source, &Options::new(&out), &mut observer);
+    assert!(matches!(outcome, Err(RunFailure::Stopped)));
+    assert!(!out.exists());
+    // Once files are written, a run can only be stopped.
+    let mut observer = Abandoning(Arc::default());
+    assert!(run(&deck, &source, &Options::new(&out), &mut observer).is_ok());
+    assert!(!observer.0.abandon());
 }

@@ -18,7 +18,7 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use ddem_core::ErrorCode;
-use ddem_deck::DeckError;
+use ddem_deck::{BuildProgress, DeckError};
 use ddem_io::cells;
 use ddem_io::run;
 use ddem_io::run::{Options, Outcome, RunFailure};
@@ -37,6 +37,8 @@ static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// Exit status of an interrupted command, as in shells.
 const INTERRUPTED: u8 = 130;
+/// Last line of a run that was stopped before it wrote anything.
+const NOTHING_WRITTEN: &str = "stopped before the first step: nothing was written";
 /// Time after a signal in which others count as the same one: `timeout` signals a program and its group.
 const SAME_SIGNAL: Duration = Duration::from_millis(500);
 
@@ -213,9 +215,10 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     options.checkpoint_every = args.checkpoint_every;
 
     let screen = Screen::new(args.quiet);
-    let stop = stop_on_interrupt(&screen);
+    let building = BuildDisplay::start(&screen, args.json);
+    let stop = stop_on_interrupt(&screen, building.progress(), args.json);
     let lines = args.json.then(|| JsonLines::new(&deck));
-    let mut watcher = Watcher::new(screen.clone(), stop, lines);
+    let mut watcher = Watcher::new(screen.clone(), stop, lines, building);
     let outcome = run::run(&deck, &source, &options, &mut watcher);
     watcher.end();
     if args.json {
@@ -234,7 +237,7 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
             Ok(CommandOutcome::Interrupted)
         }
         Err(RunFailure::Stopped) => {
-            screen.line("stopped before the first step: nothing was written");
+            screen.line(NOTHING_WRITTEN);
             Ok(CommandOutcome::Interrupted)
         }
         Err(failure) => {
@@ -249,14 +252,23 @@ fn run_deck(args: &RunArguments) -> Result<CommandOutcome, CommandFailure> {
     }
 }
 
-/// Flag that Ctrl-C sets, and the signals by which systems end programs. A later Ctrl-C ends the program.
-fn stop_on_interrupt(screen: &Screen) -> Arc<AtomicBool> {
+/// Flag that Ctrl-C sets, and the signals by which systems end programs. A later Ctrl-C ends the program, as does
+/// one while the model is being built.
+fn stop_on_interrupt(screen: &Screen, building: Arc<BuildProgress>, json: bool) -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let (raised, screen) = (Arc::clone(&stop), screen.clone());
     let mut first: Option<Instant> = None;
     let handler = move || match first {
         Some(first) if first.elapsed() > SAME_SIGNAL => std::process::exit(INTERRUPTED.into()),
         Some(_) => {}
+        None if building.abandon() => {
+            screen.clear();
+            screen.line(NOTHING_WRITTEN);
+            if json {
+                json::end(&Err(RunFailure::Stopped));
+            }
+            std::process::exit(INTERRUPTED.into());
+        }
         None => {
             first = Some(Instant::now());
             raised.store(true, Ordering::Relaxed);

@@ -103,9 +103,13 @@ pub(crate) struct Watcher {
 
 impl Watcher {
     /// Watcher that shows a run on `screen` and, if they are given, by lines of JSON.
-    pub(crate) fn new(screen: Screen, stop: Arc<AtomicBool>, lines: Option<JsonLines>) -> Self {
-        let written = Instant::now();
-        let building = Some(BuildDisplay::start(&screen, lines.is_some()));
+    pub(crate) fn new(
+        screen: Screen,
+        stop: Arc<AtomicBool>,
+        lines: Option<JsonLines>,
+        building: BuildDisplay,
+    ) -> Self {
+        let (written, building) = (Instant::now(), Some(building));
         Self { screen, stop, first: None, failed: 0, written, last: None, lines, building }
     }
 

@@ -181,7 +181,8 @@ pub trait Observer: Send {
         Arc::default()
     }
 
-    /// Progress of the work before the first event, which threads of the observer may read; called at the start.
+    /// Progress of the work before the first event, which threads of the observer may read; called at the start. They may
+    /// abandon it before anything is written: the run then fails with [`RunFailure::Stopped`].
     fn build_progress(&self) -> Arc<BuildProgress> {
         Arc::default()
     }

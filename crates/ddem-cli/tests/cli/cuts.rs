@@ -235,3 +235,28 @@ fn building_of_a_large_model_is_shown() {
         child.wait().unwrap();
     }
 }
+
+/// Ctrl-C ends the program while it builds a model, and not after that.
+#[test]
+#[cfg(unix)]
+fn interrupt_of_building_writes_nothing() {
+    use std::io::{BufRead, BufReader, Read};
+    use std::process::{Command, Stdio};
+
+    let desk = Desk::new();
+    desk.write("many.toml", &many_cells());
+    let mut command = desk.command("many.toml --json --out a");
+    let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+    let first = lines.next().unwrap().unwrap();
+    assert!(first.starts_with("{\"event\":\"building\""), "{first}");
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(kill.unwrap().success());
+    assert_eq!(child.wait().unwrap().code(), Some(130));
+    let last = lines.last().unwrap().unwrap();
+    assert!(last.starts_with("{\"event\":\"end\"") && last.contains("interrupted"), "{last}");
+    let mut told = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
+    insta::assert_snapshot!(told.lines().last().unwrap_or_default());
+    assert!(!desk.path("a").exists());
+}

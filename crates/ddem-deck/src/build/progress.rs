@@ -1,6 +1,6 @@
 //! Progress of the work from a deck to a model, which takes minutes if cuts make many cells.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU8, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Work on a model before its first step.
@@ -27,11 +27,19 @@ pub enum BuildPhase {
     Report,
 }
 
-/// Progress that other threads read while a model is built.
+/// Building of a model goes on.
+const BUILDING: u8 = 0;
+/// The model was built before anybody abandoned it.
+const BUILT: u8 = 1;
+/// Nobody waits for the model.
+const ABANDONED: u8 = 2;
+
+/// Progress that other threads read while a model is built. They may abandon the model.
 #[derive(Debug, Default)]
 pub struct BuildProgress {
     phase: Mutex<BuildPhase>,
     cells: Arc<AtomicUsize>,
+    end: AtomicU8,
 }
 
 impl BuildProgress {
@@ -50,6 +58,25 @@ impl BuildProgress {
     #[must_use]
     pub fn cells(&self) -> usize {
         self.cells.load(Ordering::Relaxed)
+    }
+
+    /// Ends the building: files may be written from now on. Returns false if the model has been
+    /// abandoned.
+    #[must_use]
+    pub fn finish(&self) -> bool {
+        self.ended_by(BUILT)
+    }
+
+    /// Abandons the model. Returns true if it has not been finished: nothing will be written.
+    #[must_use]
+    pub fn abandon(&self) -> bool {
+        self.ended_by(ABANDONED)
+    }
+
+    /// Ends the building in one way. Returns false if it has ended in the other.
+    fn ended_by(&self, end: u8) -> bool {
+        let before = self.end.compare_exchange(BUILDING, end, Ordering::Relaxed, Ordering::Relaxed);
+        before.map_or_else(|before| before == end, |_| true)
     }
 
     /// Counter of the cells, for the cuts.

@@ -76,8 +76,13 @@ impl<'a> Drive<'a> {
         let mut recorder = Recorder::new(samplers, nudge(deck, 1.0));
         let name = std::path::Path::new(source.name());
         let name = name.file_name().map_or(source.name().into(), |n| n.to_string_lossy());
-        let open =
-            || folder::prepare(&options.out, &name, &deck.title, source.text(), options.earlier);
+        let open = || -> Result<Folder, RunFailure> {
+            if !progress.finish() {
+                return Err(RunFailure::Stopped);
+            }
+            let (title, text) = (&deck.title, source.text());
+            Ok(folder::prepare(&options.out, &name, title, text, options.earlier)?)
+        };
         let text = source.text().to_owned();
         let (folder, session);
         let resume = options.earlier == Earlier::Resume;
