@@ -14,9 +14,10 @@ use toml::Value;
 
 use crate::errors::{self, model_error};
 use crate::functions::{Called, Functions};
+use crate::matter::no_matter;
 use crate::samples::Samples;
 use crate::simulation::PySimulation;
-use crate::values::{alone, no_matter, table};
+use crate::values::{alone, table};
 use crate::worker::{Pool, Worker, on_worker_thread, outcome, warn};
 
 /// Observer that passes events to the worker and the samples.

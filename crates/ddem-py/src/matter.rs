@@ -9,7 +9,7 @@ use pyo3::types::{PyDict, PyString, PyTuple};
 use toml::{Table, Value};
 
 use crate::errors::{arguments as arguments_error, model_error};
-use crate::values::{Matter, no_matter, table, to_python};
+use crate::values::{table, to_python};
 
 /// A linear elastic, isotropic material.
 ///
@@ -60,6 +60,57 @@ pub(crate) struct PyJoint {
     keys: Table,
     name: Option<String>,
     material: Option<Py<PyMaterial>>,
+}
+
+/// A material or a joint as an object.
+pub(crate) enum Matter<'a> {
+    Material(&'a Bound<'a, PyMaterial>),
+    Joint(&'a Bound<'a, PyJoint>),
+}
+
+impl<'a> Matter<'a> {
+    pub(crate) fn new(any: &'a Bound<'_, PyAny>) -> Option<Self> {
+        let joint = || any.cast::<PyJoint>().ok().map(Self::Joint);
+        any.cast::<PyMaterial>().ok().map(Self::Material).or_else(joint)
+    }
+
+    /// Error for a place without such an object, with its kind and its name.
+    fn refused(&self, place: &str, wanted: Option<&str>) -> PyErr {
+        let (py, kind, name) = match self {
+            Self::Material(found) => (found.py(), "material", found.get().name()),
+            Self::Joint(found) => (found.py(), "joint", found.get().name()),
+        };
+        let found = match name {
+            Some(name) => format!("found the {kind} `{name}`"),
+            None => format!("found a {kind}"),
+        };
+        let message = match wanted {
+            Some(wanted) => format!("expected {wanted}, {found}"),
+            None => format!("{found}, which is allowed only as `{kind}`"),
+        };
+        model_error(py, place, &message, None)
+    }
+
+    /// Checks that a place may name such an object.
+    pub(crate) fn check(&self, place: &str) -> PyResult<()> {
+        let mut keys = place.rsplit('.');
+        let wanted = match (keys.next(), keys.next()) {
+            (Some("material"), _) => Some("a material"),
+            (Some("joint" | "bridge"), _) | (Some("x" | "y" | "z"), Some("joint")) => {
+                Some("a joint")
+            }
+            _ => None,
+        };
+        match (self, wanted) {
+            (Self::Material(_), Some("a material")) | (Self::Joint(_), Some("a joint")) => Ok(()),
+            (_, wanted) => Err(self.refused(place, wanted)),
+        }
+    }
+}
+
+/// Error for a material or joint where only its name is allowed.
+pub(crate) fn no_matter(matter: &Matter<'_>, place: &str) -> PyResult<String> {
+    Err(matter.refused(place, Some("a name")))
 }
 
 /// Reads the table of one material or joint alone. Every number of the result has the form that it
@@ -148,14 +199,7 @@ impl PyMaterial {
         name: Option<String>,
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
-        let (keys, _) = table("materials", keys, &mut |_| {
-            Err(model_error(
-                py,
-                "material",
-                "expected numbers, found a `Material` or `Joint`",
-                None,
-            ))
-        })?;
+        let (keys, _) = table("materials", keys, &mut no_matter)?;
         Ok(Self { keys: read(py, "materials", keys)?, name })
     }
 
@@ -203,17 +247,14 @@ impl PyJoint {
         keys: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         let mut material = None;
-        let (mut keys, _) = table("joints", keys, &mut |matter| match matter {
+        let (mut keys, _) = table("joints", keys, &mut |matter, place| match matter {
             Matter::Material(found) => {
                 material = Some((*found).clone().unbind());
                 // The model will give it its name.
                 Ok(String::new())
             }
-            Matter::Joint(_) => no_matter(matter),
+            Matter::Joint(_) => no_matter(matter, place),
         })?;
-        if material.is_some() && keys.get("material").is_none_or(|name| !name.is_str()) {
-            return Err(model_error(py, "", "only `material` can be a material", None));
-        }
         keys = read(py, "joints", keys)?;
         if material.is_some() {
             keys.remove("material");

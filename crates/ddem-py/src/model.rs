@@ -15,10 +15,9 @@ use crate::drive::assembled;
 use crate::errors::{self, model_error, refuse};
 use crate::fields;
 use crate::functions::Functions;
+use crate::matter::{Matter, no_matter};
 use crate::simulation::PySimulation;
-use crate::values::{
-    Matter, alone, no_matter, table, table_alone, to_python, value, with_files, without_tunnel,
-};
+use crate::values::{alone, table, table_alone, to_python, value, with_files, without_tunnel};
 use crate::worker::Pool;
 
 /// A model: blocks, joints, supports and loads, as a deck has them.
@@ -286,7 +285,7 @@ impl PyModel {
             // Materials and joints of the model, to which those of the entry are added.
             let before = self.draft().matter();
             let mut matter = before.clone();
-            let mut name = |found: &Matter<'_>| named(py, &mut matter, found);
+            let mut name = |found: &Matter<'_>, _: &str| named(py, &mut matter, found);
             let (mut entry, function) = table(section, keys, &mut name)?;
             if let Some((key, given)) = first {
                 entry.insert(key.to_owned(), value(given, key, &mut name)?);

@@ -12,7 +12,7 @@ use toml::{Table, Value};
 
 use crate::errors::{arguments, is_interruption, model_error, refuse};
 use crate::functions::Timed;
-use crate::matter::{PyJoint, PyMaterial};
+use crate::matter::Matter;
 
 /// Largest number of entries of one argument: more are a mistake, or an endless sequence.
 const MOST: usize = 5_000_000;
@@ -22,14 +22,8 @@ const CHECK_INTERVAL: usize = 1 << 16;
 /// Largest depth of lists and dictionaries in a deck; a list may contain itself.
 const DEEPEST: usize = 12;
 
-/// Function that adds a material or a joint to a model and returns its name there.
-pub(crate) type Name<'a> = dyn FnMut(&Matter<'_>) -> PyResult<String> + 'a;
-
-/// A material or a joint as an object.
-pub(crate) enum Matter<'a> {
-    Material(&'a Bound<'a, PyMaterial>),
-    Joint(&'a Bound<'a, PyJoint>),
-}
+/// Function that adds a material or a joint at a place to a model and returns its name there.
+pub(crate) type Name<'a> = dyn FnMut(&Matter<'_>, &str) -> PyResult<String> + 'a;
 
 /// Value of a deck from a Python value.
 ///
@@ -83,18 +77,9 @@ fn at_depth(
 /// Value of a number, a text, a material or a joint of Python's own types; `None` for other types.
 fn scalar(any: &Bound<'_, PyAny>, place: &str, name: &mut Name<'_>) -> PyResult<Option<Value>> {
     let refused = |message: String| Err(model_error(any.py(), place, &message, None));
-    let key = place.split(['.', '[']).next();
-    if let Ok(material) = any.cast::<PyMaterial>() {
-        if key == Some("joint") {
-            return refused("a material is no joint".to_owned());
-        }
-        return name(&Matter::Material(material)).map(|name| Some(Value::String(name)));
-    }
-    if let Ok(joint) = any.cast::<PyJoint>() {
-        if key == Some("material") {
-            return refused("a joint is no material".to_owned());
-        }
-        return name(&Matter::Joint(joint)).map(|name| Some(Value::String(name)));
+    if let Some(matter) = Matter::new(any) {
+        matter.check(place)?;
+        return name(&matter, place).map(|name| Some(Value::String(name)));
     }
     if let Ok(truth) = any.cast::<PyBool>() {
         return Ok(Some(Value::Boolean(truth.is_true())));
@@ -348,20 +333,6 @@ fn read(
     ddem_deck::from_table(&Table::from_iter([(section.to_owned(), value)]))
         .and_then(with_tunnels)
         .map_err(|error| arguments(py, error, place))
-}
-
-/// Error for a material or joint where none is allowed.
-pub(crate) fn no_matter(matter: &Matter<'_>) -> PyResult<String> {
-    let py = match matter {
-        Matter::Material(material) => material.py(),
-        Matter::Joint(joint) => joint.py(),
-    };
-    Err(model_error(
-        py,
-        "",
-        "a `Material` or `Joint` is allowed only as `material` or `joint`",
-        None,
-    ))
 }
 
 /// A value of a deck as Python's own numbers, texts, lists and dictionaries.

@@ -9,8 +9,9 @@ use pyo3::types::PyDict;
 use toml::{Table, Value};
 
 use crate::errors::model_error;
+use crate::matter::no_matter;
 use crate::simulation::{Inner, PySimulation};
-use crate::values::{no_matter, selector_alone, table, to_python};
+use crate::values::{selector_alone, table, to_python};
 use crate::worker::{on_worker_thread, outcome};
 use crate::{arrays, errors, fields};
 

@@ -14,6 +14,8 @@ from sample_models import ROCK, SEAM, column, refused
 
 HERE = Path(__file__).name
 
+GRANITE = ddem.Material(density=2700, young=50e9, poisson=0.25, name="granite")
+
 
 def line() -> int:
     """Line number of the caller."""
@@ -59,10 +61,30 @@ def line() -> int:
         (lambda m: ddem.Material(density=1, young=1), "poisson: key `poisson` is missing"),
         (lambda m: ddem.Material(density="a", young=1, poisson=0), "density: expected a number"),
         (lambda m: ddem.Joint(thicknes=1), "thicknes: unknown key `thicknes` (did you mean"),
-        (lambda m: ddem.Joint(thickness=1, material=SEAM), "material: a joint is no material"),
-        (lambda m: m.add_blocks(material=SEAM), "material: a joint is no material"),
-        (lambda m: m.add_blocks(material=ROCK, joint=ROCK), "joint: a material is no joint"),
-        (lambda m: m.add_blocks(material=ROCK, joint={"x": ROCK}), "joint.x: a material is no joint"),
+        (lambda m: ddem.Joint(thickness=1, material=SEAM), "material: expected a material, found a joint"),
+        (lambda m: m.add_blocks(material=SEAM), "material: expected a material, found a joint"),
+        (lambda m: m.add_blocks(material=ROCK, joint=ROCK), "joint: expected a joint, found a material"),
+        (lambda m: m.add_blocks(material=ROCK, joint={"x": ROCK}), "joint.x: expected a joint, found a"),
+        (lambda m: m.load(traction=ROCK), "traction: found a material, which is allowed only as `mat"),
+        (lambda m: m.load(traction=(SEAM, 0, 0)), "traction[0]: found a joint, which is allowed only"),
+        (lambda m: m.load(traction=(1, 0, 0), z=GRANITE), "z: found the material `granite`, which"),
+        (lambda m: m.load(pressure=1, history=ROCK), "history: found a material, which is allowed"),
+        (lambda m: m.fix(GRANITE), "axes: found the material `granite`, which is allowed only as"),
+        (lambda m: m.cut(plane={"dip": ROCK}), "plane.dip: found a material, which is allowed only"),
+        (lambda m: m.cut(bridge=ROCK), "bridge: expected a joint, found a material"),
+        (lambda m: m.stage("a", kind=ROCK), "kind: found a material, which is allowed only as"),
+        (lambda m: m.contact(friction=SEAM), "friction: found a joint, which is allowed only as"),
+        (lambda m: m.build().relax(tolerance=ROCK), "tolerance: found a material, which is allowed"),
+        (lambda m: m.build().run(ROCK), "duration: found a material, which is allowed only as"),
+        (lambda m: m.build().nodes(x=ROCK), "x: found a material, which is allowed only as"),
+        (lambda m: ddem.factor_of_safety(m, joints=[SEAM]), "joints[0]: found a joint, which is"),
+        (lambda m: ddem.Material(density=GRANITE), "density: found the material `granite`, which"),
+        (lambda m: ddem.Joint(thickness=ROCK), "thickness: found a material, which is allowed only"),
+        (lambda m: ddem.Joint(material=[ROCK]), "material[0]: found a material, which is allowed"),
+        (
+            lambda m: ddem.Model.from_deck({"blocks": [{"material": GRANITE}]}),
+            "deck.blocks[0].material: expected a name, found the material `granite`",
+        ),
         (lambda m: ddem.Joint(fracture_energy=1), "fracture_energy: expected a list of 2 numbers"),
     ],
 )
