@@ -4,7 +4,7 @@ use ddem_deck::{BlockVerdict, CutRock, RockPlane};
 use pyo3::prelude::*;
 
 use crate::model::PyModel;
-use crate::worker::{Pool, on_worker_thread, outcome};
+use crate::worker::{Pool, build_on_worker_thread, outcome};
 use crate::{arrays, fields};
 
 #[pymethods]
@@ -48,7 +48,8 @@ impl PyModel {
     /// array([32., 32.])
     fn cells<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let (deck, _) = self.parts_with_files(py)?;
-        let (cut, stopped) = on_worker_thread(py, &Pool::of(1), None, |_| {
+        let title = deck.title.clone();
+        let (cut, stopped) = build_on_worker_thread(py, &Pool::of(1), None, move |_| {
             deck.cut_regions().map(|rock| (rock.verdicts(), rock))
         })?;
         let (verdicts, rock) = outcome(cut, stopped, |error| self.located(py, &error))?;
@@ -66,7 +67,7 @@ impl PyModel {
         let rows = of_faces.into_iter().map(|row| row.map_or(-1, |row| row as i64));
         let points = complex.points().iter().map(|point| <[f64; 3]>::from(*point)).collect();
         py.import("ddem._cells")?.getattr("Cells")?.call1((
-            deck.title.as_str(),
+            title,
             cell_array(py, &rock, &verdicts)?,
             plane_array(py, &rock, &planes)?,
             arrays::rows(py, points)?,

@@ -4,9 +4,8 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use ddem_core::{Fault, ModelError};
-use ddem_deck::DeckError;
-use ddem_deck::Stage;
-use ddem_io::run::{Event, Outcome, Progress, RunFailure, Session};
+use ddem_deck::{BuildProgress, Deck, DeckError, Source, Stage};
+use ddem_io::run::{Event, Options, Outcome, Progress, RunFailure, Session};
 use pyo3::exceptions::PyKeyboardInterrupt;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -18,7 +17,7 @@ use crate::matter::no_matter;
 use crate::samples::Samples;
 use crate::simulation::PySimulation;
 use crate::values::{alone, table};
-use crate::worker::{Pool, Worker, on_worker_thread, outcome, warn};
+use crate::worker::{Pool, Worker, build_on_worker_thread, first, outcome, warn};
 
 /// Observer that passes events to the worker and the samples.
 pub(crate) struct PyObserver<'a> {
@@ -40,6 +39,10 @@ impl ddem_io::run::Observer for PyObserver<'_> {
         self.worker.stop_flag()
     }
 
+    fn build_progress(&self) -> Arc<BuildProgress> {
+        self.worker.build_progress()
+    }
+
     fn wants_to_stop(&mut self) -> bool {
         self.worker.stops()
     }
@@ -54,12 +57,12 @@ pub(crate) fn assembled(
     pool: Pool,
     functions: Functions,
     located: &dyn Fn(&ModelError) -> PyErr,
-    make: impl FnOnce(Change) -> Result<Session, RunFailure> + Send,
+    make: impl FnOnce(Change) -> Result<Session, RunFailure> + Send + 'static,
 ) -> PyResult<PySimulation> {
     let called = Called::new(functions);
     let histories = called.clone();
     let change: Change = Box::new(move |model| histories.set_on(model));
-    let (made, stopped) = on_worker_thread(py, &pool, None, move |_| make(change))?;
+    let (made, stopped) = build_on_worker_thread(py, &pool, None, move |_| make(change))?;
     let session = outcome(made, stopped, |failure| match &failure {
         RunFailure::Model(error) => located(error),
         failure => errors::failure(py, failure),
@@ -73,18 +76,21 @@ pub(crate) fn assembled(
 /// Moves a deck through its stages; see [`run_deck`](crate::run_deck).
 pub(crate) fn driven(
     py: Python<'_>,
-    (deck, source): (&ddem_deck::Deck, &ddem_deck::Source),
-    (options, pool): (&ddem_io::run::Options, Pool),
+    (deck, source): (Deck, Source),
+    (options, pool): (Options, Pool),
     located: &dyn Fn(&DeckError) -> PyErr,
     quiet: bool,
 ) -> PyResult<PySimulation> {
     let bar = progress_bar(py, quiet)?;
-    let (ended, stopped) = on_worker_thread(py, &pool, bar.as_ref(), |worker| {
+    let ran = build_on_worker_thread(py, &pool, bar.as_ref(), move |worker| {
         let mut samples = Samples::default();
         let mut observer = PyObserver { worker, samples: &mut samples };
-        let outcome = ddem_io::run::run(deck, source, options, &mut observer);
+        let outcome = ddem_io::run::run(&deck, &source, &options, &mut observer);
         outcome.map(|outcome| (outcome, samples))
-    })?;
+    });
+    let closed = close(py, bar);
+    let (ended, stopped) = ran?;
+    let stopped = first(py, stopped, closed.err());
     // The message of an interrupted run names its checkpoint.
     let (ended, samples) = match (ended, &stopped) {
         (Ok((Outcome::Interrupted(checkpoint), _)), Some(error))
@@ -151,6 +157,11 @@ pub(crate) fn progress_bar(py: Python<'_>, quiet: bool) -> PyResult<Option<Py<Py
         return Ok(None);
     }
     Ok(Some(py.import("ddem._progress")?.call_method0("ProgressBar")?.unbind()))
+}
+
+/// Closes the progress bar of a call.
+pub(crate) fn close(py: Python<'_>, bar: Option<Py<PyAny>>) -> PyResult<()> {
+    bar.map_or(Ok(()), |bar| bar.call_method0(py, "close").map(|_| ()))
 }
 
 /// Stage that the arguments describe.

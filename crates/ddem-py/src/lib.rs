@@ -78,7 +78,7 @@ fn load(
     let parts = model.map(|model| model.get().parts_with_files(py)).transpose()?;
     let (deck, functions) = parts.map_or((None, Functions::default()), |(d, f)| (Some(d), f));
     let located = |error: &ddem_core::ModelError| errors::model(py, error);
-    drive::assembled(py, Pool::new(threads)?, functions, &located, |change| {
+    drive::assembled(py, Pool::new(threads)?, functions, &located, move |change| {
         Session::load(&path, Simd::default(), deck.as_ref(), change)
     })
 }
@@ -126,7 +126,8 @@ fn load(
 ///     A file cannot be read or written, or the folder has results of another deck, which
 ///     `overwrite` and `resume` do not change.
 /// KeyboardInterrupt
-///     A checkpoint was written first; ``resume=True`` continues the run.
+///     A checkpoint was written first, and ``resume=True`` continues the run. While the model is being
+///     built nothing has been written.
 #[pyfunction]
 #[pyo3(signature = (deck, *, out=None, threads=None, resume=false, overwrite=false, quiet=false, profile=false,
     checkpoint_every=None))]
@@ -186,7 +187,7 @@ fn run_deck(
     let mut options = Options::new(out.unwrap_or_else(|| Path::new("results").join(name)));
     (options.threads, options.earlier, options.profile) = (pool.threads(), earlier, profile);
     options.checkpoint_every = checkpoint_every;
-    drive::driven(py, (&deck, &source), (&options, pool), &located, quiet)
+    drive::driven(py, (deck, source), (options, pool), &located, quiet)
 }
 
 /// Wall time that an argument gives in seconds.

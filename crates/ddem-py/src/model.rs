@@ -76,11 +76,13 @@ impl PyModel {
     ///     All faults of the model, each with the line of the script that made the entry.
     /// MemoryError
     ///     The model does not fit in memory.
+    /// KeyboardInterrupt
+    ///     There is no simulation. A thread may go on with the model for a while.
     #[pyo3(signature = (*, threads=None))]
     fn build(&self, py: Python<'_>, threads: Option<&Bound<'_, PyAny>>) -> PyResult<PySimulation> {
         let pool = Pool::new(threads)?;
         let (deck, functions) = self.parts_with_files(py)?;
-        assembled(py, pool, functions, &|error| self.located(py, error), |change| {
+        assembled(py, pool, functions, &|error| self.located(py, error), move |change| {
             ddem_io::run::Session::with(&deck, ddem_core::Simd::default(), change)
         })
     }

@@ -13,10 +13,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::callbacks::Callbacks;
-use crate::drive::{PyObserver, progress_bar, read_stage};
+use crate::drive::{PyObserver, close, progress_bar, read_stage};
 use crate::errors;
 use crate::simulation::{Inner, PySimulation};
-use crate::worker::{outcome, part_on_worker_thread, warn};
+use crate::worker::{Worker, warn};
 
 /// Waiting time while another thread uses the simulation.
 const WAIT: Duration = Duration::from_millis(1);
@@ -272,7 +272,7 @@ impl<'py> StageCall<'py> {
         inner.running = false;
         let steps = inner.session.simulation().steps() - before;
         drop(inner);
-        let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
+        let closed = close(py, bar);
         status?;
         ended?;
         last?;
@@ -330,18 +330,15 @@ fn part<T: Send>(
     bar: Option<&Py<PyAny>>,
     work: impl FnOnce(&mut Session, &mut PyObserver<'_>) -> Result<T, RunFailure> + Send,
 ) -> PyResult<T> {
-    let mut inner = simulation.relock(py);
-    let Inner { session, samples, .. } = &mut **inner;
-    let (done, stopped) = part_on_worker_thread(py, &simulation.pool, bar, |worker| {
+    let work = |inner: &mut Inner, worker: &Worker| {
+        let Inner { session, samples, .. } = inner;
         work(session, &mut PyObserver { worker, samples })
-    })?;
-    drop(inner);
-    outcome(done, stopped, |failure| {
-        simulation.called.take_raised().unwrap_or_else(|| match failure {
-            RunFailure::Model(error) => errors::arguments(py, error, "stage[0]"),
-            RunFailure::Stage { error, .. } => errors::run_error(py, &error, ""),
-            RunFailure::Folder(error) => errors::folder(&error, true),
-            failure => errors::failure(py, &failure),
-        })
-    })
+    };
+    let error = |failure| match failure {
+        RunFailure::Model(error) => errors::arguments(py, error, "stage[0]"),
+        RunFailure::Stage { error, .. } => errors::run_error(py, &error, ""),
+        RunFailure::Folder(error) => errors::folder(&error, true),
+        failure => errors::failure(py, &failure),
+    };
+    simulation.work(py, &mut simulation.relock(py), bar, work, error)
 }

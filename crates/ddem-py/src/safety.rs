@@ -10,8 +10,8 @@ use crate::drive::read_stage;
 use crate::errors;
 use crate::notation;
 use crate::run::{later, wait_for, waiting};
-use crate::simulation::PySimulation;
-use crate::worker::{on_worker_thread, outcome};
+use crate::simulation::{Inner, PySimulation};
+use crate::worker::Worker;
 
 /// Factor, bracket, trials, set and number of the moving blocks in the failing trial, and warnings.
 type Found =
@@ -73,17 +73,17 @@ impl PySimulation {
         if !faults.is_empty() {
             return Err(errors::arguments(py, ModelError { faults }, "stage[0]."));
         }
-        let session = &mut inner.session;
-        let (found, stopped) = on_worker_thread(py, self.pool(), None, |worker| {
+        let find = |inner: &mut Inner, worker: &Worker| {
             let search = stage.search();
-            let simulation = session.simulation_mut();
+            let simulation = inner.session.simulation_mut();
             simulation.stop_when(worker.stop_flag());
             let found = simulation.factor_of_safety(&search, &|_| {})?;
-            let warnings = session.search_warnings(&search, &found);
+            let warnings = inner.session.search_warnings(&search, &found);
             Ok((found, warnings))
-        })?;
+        };
+        let error = |error: RunError| errors::run_error(py, &error, "");
         let (Safety { factor, bracket, trials, failing, .. }, warnings) =
-            outcome(found, stopped, |error: RunError| errors::run_error(py, &error, ""))?;
+            self.work(py, &mut inner, None, find, error)?;
         let trials = trials.into_iter().map(|trial| {
             let SafetyTrial { factor, verdict, steps } = trial;
             (factor, verdict.to_string(), steps)

@@ -11,13 +11,13 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::arrays;
-use crate::drive::{progress_bar, read_stage, steps};
-use crate::errors;
+use crate::drive::{close, progress_bar, read_stage, steps};
+use crate::errors::{self, is_interruption};
 use crate::fields;
 use crate::functions::Called;
 use crate::run::known;
 use crate::samples::Samples;
-use crate::worker::{Pool, on_worker_thread, outcome};
+use crate::worker::{Pool, Worker, first, on_worker_thread, outcome};
 
 /// A model in motion: its state, and the calls that change it.
 ///
@@ -43,6 +43,8 @@ pub(crate) struct Inner {
     pub(crate) running: bool,
     /// Stages for which it was reported that loads or supports wait.
     pub(crate) awaited: BTreeSet<String>,
+    /// Number of steps at the last exception that a function of the model raised.
+    raised_at: Option<u64>,
 }
 
 #[pymethods]
@@ -73,12 +75,11 @@ impl PySimulation {
         let n = n.map_or(Ok(1), |n| arrays::integer(n, "n"))?;
         let bar = if n > 1 { progress_bar(py, quiet)? } else { None };
         let mut inner = self.lock_to_move(py)?;
-        let simulation = inner.session.simulation_mut();
-        let (done, stopped) = on_worker_thread(py, &self.pool, bar.as_ref(), |worker| {
-            simulation.stop_when(worker.stop_flag());
+        let stepped = self.moved_by(py, &mut inner, bar.as_ref(), |simulation, worker| {
             steps(simulation, n, worker)
-        })?;
-        self.ended(py, done, stopped)
+        });
+        let closed = close(py, bar);
+        stepped.and(closed)
     }
 
     /// Sets the damping and the length of the steps that follow.
@@ -129,10 +130,8 @@ impl PySimulation {
         let Some(index) = names.iter().position(|name| *name == stage) else {
             return Err(fields::unknown(py, "stage", stage, &names));
         };
-        let Inner { session, .. } = &mut **inner;
-        let enter = |_: &_| session.enter(index, "stage");
-        let (entered, stopped) = on_worker_thread(py, &self.pool, None, enter)?;
-        outcome(entered, stopped, |fault| errors::model(py, &fault.into()))
+        let enter = |inner: &mut Inner, _: &Worker| inner.session.enter(index, "stage");
+        self.work(py, &mut inner, None, enter, |fault| errors::model(py, &fault.into()))
     }
 
     /// Applies forces to nodes from now on, besides the loads of the model: for coupling with
@@ -183,9 +182,8 @@ impl PySimulation {
     ///     The file cannot be written.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         let mut inner = self.lock(py)?;
-        let session = &mut inner.session;
-        let (saved, stopped) = on_worker_thread(py, &self.pool, None, |_| session.save(&path))?;
-        outcome(saved, stopped, |failure| errors::failure(py, &failure))
+        let save = |inner: &mut Inner, _: &Worker| inner.session.save(&path);
+        self.work(py, &mut inner, None, save, |failure| errors::failure(py, &failure))
     }
 
     fn __traverse__(&self, visit: PyVisit<'_>) -> Result<(), PyTraverseError> {
@@ -224,12 +222,9 @@ impl PySimulation {
 
 impl PySimulation {
     pub(crate) fn new(session: Session, samples: Samples, pool: Pool, called: Called) -> Self {
-        let inner = Inner { session, samples, running: false, awaited: BTreeSet::new() };
+        let inner =
+            Inner { session, samples, running: false, awaited: BTreeSet::new(), raised_at: None };
         Self { inner: Mutex::new(Box::new(inner)), pool, called }
-    }
-
-    pub(crate) fn pool(&self) -> &Pool {
-        &self.pool
     }
 
     pub(crate) fn try_lock(&self) -> TryLockResult<MutexGuard<'_, Box<Inner>>> {
@@ -260,23 +255,39 @@ impl PySimulation {
         py: Python<'_>,
         work: impl FnOnce(&mut ddem_core::Simulation) -> Result<(), RunError> + Send,
     ) -> PyResult<()> {
-        let mut inner = self.lock(py)?;
-        let simulation = inner.session.simulation_mut();
-        let (done, stopped) = on_worker_thread(py, &self.pool, None, |worker| {
-            simulation.stop_when(worker.stop_flag());
-            work(simulation)
-        })?;
-        self.ended(py, done, stopped)
+        self.moved_by(py, &mut *self.lock(py)?, None, |simulation, _| work(simulation))
     }
 
-    fn ended(
+    fn moved_by(
         &self,
         py: Python<'_>,
-        done: Result<(), RunError>,
-        stopped: Option<PyErr>,
+        inner: &mut Inner,
+        bar: Option<&Py<PyAny>>,
+        work: impl FnOnce(&mut ddem_core::Simulation, &Worker) -> Result<(), RunError> + Send,
     ) -> PyResult<()> {
-        outcome(done, stopped, |error| {
-            self.called.take_raised().unwrap_or_else(|| errors::run_error(py, &error, ""))
-        })
+        let work = |inner: &mut Inner, worker: &Worker| {
+            let simulation = inner.session.simulation_mut();
+            simulation.stop_when(worker.stop_flag());
+            work(simulation, worker)
+        };
+        self.work(py, inner, bar, work, |error| errors::run_error(py, &error, ""))
+    }
+
+    /// Works on the simulation with its threads. The exception of a function of the model ends the
+    /// call. Calls that need its value only to measure raise it once in a step.
+    pub(crate) fn work<T: Send, E: Send>(
+        &self,
+        py: Python<'_>,
+        inner: &mut Inner,
+        bar: Option<&Py<PyAny>>,
+        work: impl FnOnce(&mut Inner, &Worker) -> Result<T, E> + Send,
+        error: impl FnOnce(E) -> PyErr,
+    ) -> PyResult<T> {
+        let (done, stopped) = on_worker_thread(py, &self.pool, bar, |worker| work(inner, worker))?;
+        let raised = self.called.take_raised();
+        let steps = inner.session.simulation().steps();
+        let again = raised.is_some() && inner.raised_at.replace(steps) == Some(steps);
+        let raised = raised.filter(|raised| !again || done.is_err() || is_interruption(py, raised));
+        outcome(done, first(py, stopped, raised), error)
     }
 }

@@ -12,7 +12,7 @@ use crate::errors::model_error;
 use crate::matter::no_matter;
 use crate::simulation::{Inner, PySimulation};
 use crate::values::{selector_alone, table, to_python};
-use crate::worker::{on_worker_thread, outcome};
+use crate::worker::on_worker_thread;
 use crate::{arrays, errors, fields};
 
 /// Number of rows of a field that are computed at once for a given array.
@@ -58,6 +58,10 @@ impl PySimulation {
             return Err(model_error(py, "nodes", &message, None));
         }
         let mut inner = self.lock(py)?;
+        // The measurement uses the threads of the simulation.
+        self.read_from(py, &mut inner, |inner| {
+            inner.session.simulation_mut().snapshot();
+        })?;
         let snapshot = inner.session.simulation_mut().snapshot();
         let (n, components) =
             (nodes.as_ref().map_or(snapshot.len(field.on), Vec::len), field.components);
@@ -74,7 +78,7 @@ impl PySimulation {
                     }
                 }
             })?;
-            outcome(Ok(()), stopped.or_else(|| self.called.take_raised()), |error| error)
+            stopped.map_or(Ok(()), Err)
         };
         let mut numbers = Vec::new();
         let Some(out) = out else {
@@ -357,10 +361,16 @@ impl PySimulation {
         py: Python<'_>,
         access: impl FnOnce(&mut Inner) -> T + Send,
     ) -> PyResult<T> {
-        let mut inner = self.lock(py)?;
-        let inner = &mut *inner;
-        let (value, stopped) = on_worker_thread(py, &self.pool, None, |_| access(inner))?;
-        outcome(Ok(value), stopped.or_else(|| self.called.take_raised()), |error| error)
+        self.read_from(py, &mut *self.lock(py)?, access)
+    }
+
+    fn read_from<T: Send>(
+        &self,
+        py: Python<'_>,
+        inner: &mut Inner,
+        access: impl FnOnce(&mut Inner) -> T + Send,
+    ) -> PyResult<T> {
+        self.work(py, inner, None, |inner, _| Ok(access(inner)), |error: PyErr| error)
     }
 }
 

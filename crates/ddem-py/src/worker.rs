@@ -6,11 +6,12 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, sync_channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use ddem_core::ErrorCode;
+use ddem_deck::BuildProgress;
 use ddem_deck::lint::Diagnostic;
 use ddem_io::run::Progress;
 use pyo3::exceptions::{PyRuntimeError, PyUserWarning};
@@ -31,6 +32,8 @@ const MOST_THREADS: usize = 1024;
 #[derive(Default)]
 pub(crate) struct Worker {
     stop: Arc<AtomicBool>,
+    /// Building of a model, which Ctrl-C abandons; `None` for work that only stops.
+    building: Option<Arc<BuildProgress>>,
     progress: Mutex<Option<Progress>>,
     warnings: Mutex<Vec<Diagnostic>>,
 }
@@ -47,6 +50,10 @@ impl Worker {
 
     pub(crate) fn stop_flag(&self) -> Arc<AtomicBool> {
         self.stop.clone()
+    }
+
+    pub(crate) fn build_progress(&self) -> Arc<BuildProgress> {
+        self.building.clone().unwrap_or_default()
     }
 
     pub(crate) fn progress(&self, progress: Progress) {
@@ -140,26 +147,11 @@ fn forget(pool: Option<(u32, Arc<ThreadPool>)>) {
     std::mem::forget(pool);
 }
 
-/// Result of the work or its panic, and the exception that Ctrl-C or the progress bar raised meanwhile.
-type Ending<T> = (Result<T, Box<dyn Any + Send>>, Option<PyErr>);
-
-/// Runs work on the threads of a pool, and closes the progress bar.
-///
-/// Returns the result of the work, and the exception that made it stop.
-pub(crate) fn on_worker_thread<T: Send>(
-    py: Python<'_>,
-    pool: &Pool,
-    bar: Option<&Py<PyAny>>,
-    work: impl FnOnce(&Worker) -> T + Send,
-) -> PyResult<(T, Option<PyErr>)> {
-    let done = part_on_worker_thread(py, pool, bar, work);
-    let closed = bar.map(|bar| bar.call_method0(py, "close")).transpose();
-    let (done, raised) = done?;
-    Ok((done, first(py, raised, closed.err())))
-}
+/// Result of the work or its panic.
+type Ending<T> = Result<T, Box<dyn Any + Send>>;
 
 /// First exception; an interruption takes precedence.
-fn first(py: Python<'_>, raised: Option<PyErr>, later: Option<PyErr>) -> Option<PyErr> {
+pub(crate) fn first(py: Python<'_>, raised: Option<PyErr>, later: Option<PyErr>) -> Option<PyErr> {
     match (raised, later) {
         (Some(first), Some(later))
             if is_interruption(py, &later) && !is_interruption(py, &first) =>
@@ -171,8 +163,10 @@ fn first(py: Python<'_>, raised: Option<PyErr>, later: Option<PyErr>) -> Option<
     }
 }
 
-/// Runs a part of work like [`on_worker_thread`], without closing the progress bar.
-pub(crate) fn part_on_worker_thread<T: Send>(
+/// Runs work on the threads of a pool.
+///
+/// Returns the result of the work, and the exception that made it stop.
+pub(crate) fn on_worker_thread<T: Send>(
     py: Python<'_>,
     pool: &Pool,
     bar: Option<&Py<PyAny>>,
@@ -181,35 +175,78 @@ pub(crate) fn part_on_worker_thread<T: Send>(
     let pool = pool.get()?;
     let worker = Worker::default();
     let (send, receive) = sync_channel(1);
-    let (done, mut raised): Ending<T> = py.detach(|| {
+    let (done, raised) = py.detach(|| {
         let worker = &worker;
         pool.in_place_scope(move |scope| {
             scope.spawn(move |_| {
                 let done = catch_unwind(AssertUnwindSafe(|| work(worker)));
                 let _ = send.send(done);
             });
-            let mut raised = None;
-            loop {
-                match receive.recv_timeout(POLL_INTERVAL) {
-                    Ok(done) => return (done, raised),
-                    Err(RecvTimeoutError::Timeout) if raised.is_none() => {
-                        let poll = |py: Python<'_>| {
-                            py.check_signals()?;
-                            worker.tell(py, bar)
-                        };
-                        if let Err(error) = Python::attach(poll) {
-                            raised = Some(error);
-                            worker.stop.store(true, Ordering::Relaxed);
-                        }
-                    }
-                    Err(RecvTimeoutError::Timeout) => {}
-                    Err(RecvTimeoutError::Disconnected) => {
-                        return (Err(Box::new("the work was lost")), raised);
-                    }
-                }
-            }
+            wait(worker, receive, bar)
         })
     });
+    ended(py, &worker, bar, done, raised)
+}
+
+/// Runs work that builds a model, like [`on_worker_thread`]. An exception ends the call at once, and the
+/// work ends later by itself, unless the model has been built.
+pub(crate) fn build_on_worker_thread<T: Send + 'static>(
+    py: Python<'_>,
+    pool: &Pool,
+    bar: Option<&Py<PyAny>>,
+    work: impl FnOnce(&Worker) -> T + Send + 'static,
+) -> PyResult<(T, Option<PyErr>)> {
+    let worker = Arc::new(Worker { building: Some(Arc::default()), ..Worker::default() });
+    let (send, receive) = sync_channel(1);
+    let builder = worker.clone();
+    pool.get()?.spawn(move || {
+        let done = catch_unwind(AssertUnwindSafe(|| work(&builder)));
+        let _ = send.send(done);
+    });
+    let watched = &*worker;
+    let (done, raised) = py.detach(move || wait(watched, receive, bar));
+    ended(py, &worker, bar, done, raised)
+}
+
+/// Waits for work. Returns its ending, and the exception that Ctrl-C or the progress bar raised
+/// meanwhile, which abandons the building of a model.
+fn wait<T>(
+    worker: &Worker,
+    receive: Receiver<Ending<T>>,
+    bar: Option<&Py<PyAny>>,
+) -> (Ending<T>, Option<PyErr>) {
+    let mut raised = None;
+    loop {
+        match receive.recv_timeout(POLL_INTERVAL) {
+            Ok(done) => return (done, raised),
+            Err(RecvTimeoutError::Timeout) if raised.is_none() => {
+                let poll = |py: Python<'_>| {
+                    py.check_signals()?;
+                    worker.tell(py, bar)
+                };
+                let Err(error) = Python::attach(poll) else { continue };
+                raised = Some(error);
+                worker.stop.store(true, Ordering::Relaxed);
+                if worker.building.as_ref().is_some_and(|building| building.abandon()) {
+                    return (Err(Box::new("abandoned")), raised);
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                return (Err(Box::new("the work was lost")), raised);
+            }
+        }
+    }
+}
+
+/// Result of work, and the exception that made it stop, also at its end.
+fn ended<T>(
+    py: Python<'_>,
+    worker: &Worker,
+    bar: Option<&Py<PyAny>>,
+    done: Ending<T>,
+    mut raised: Option<PyErr>,
+) -> PyResult<(T, Option<PyErr>)> {
     // A Ctrl-C at the end of the work is handled here and not by later code.
     let signal = py.check_signals();
     let drawn = worker.tell(py, bar);

@@ -18,6 +18,7 @@ REPOSITORY = Path(__file__).resolve().parents[3]
 
 ROCK = ddem.Material(density=2400, young=18e9, poisson=0.25)
 SEAM = ddem.Joint(thickness=0.01, material=ROCK)
+SMOOTH = ddem.Joint(normal_stiffness=1e9, shear_stiffness=1e9, friction=30)
 
 #: Weight of the two cubes of a metre in :func:`column` [N].
 WEIGHT = 2 * 2400 * 9.81
@@ -51,7 +52,6 @@ def wedge() -> ddem.Model:
     so that x points out of the slope.
     """
     rock = ddem.Material(density=2600, young=10e9, poisson=0.25)
-    smooth = ddem.Joint(normal_stiffness=1e9, shear_stiffness=1e9, friction=30)
     model = ddem.Model(title="wedge", gravity=(0, 0, -9.81))
     outline = [(-25, -8), (2.911761874, -8), (-3.639702343, 10), (-25, 10)]
     prism = {"outline": outline, "axis": "y", "from": -20, "to": 20}
@@ -59,7 +59,7 @@ def wedge() -> ddem.Model:
     model.add_region(name="slope", prism=prism, material=rock, north=north)
     for name, dip, direction in (("a", 40, 130), ("b", 60, 220)):
         plane = {"dip": dip, "dip_direction": direction, "through": (0, 0, 0)}
-        model.cut(name=name, plane=plane, joint=smooth)
+        model.cut(name=name, plane=plane, joint=SMOOTH)
     for side in ({"z": -8.0}, {"x": -25.0}, {"y": -20.0}, {"y": 20.0}):
         model.fix("xyz", **side)
     return model

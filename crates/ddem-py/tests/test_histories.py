@@ -157,6 +157,57 @@ def test_exception_during_run_leaves_valid_state() -> None:
     assert same_state(simulation, reference)
 
 
+@pytest.mark.parametrize("section", ["load", "fix", "boundary", "charge"])
+@pytest.mark.parametrize("how", ["run", "step"])
+def test_exception_is_raised_once(how: str, section: str) -> None:
+    """Measurements after the failed call need the same value of the function."""
+
+    def history(time: float) -> float:
+        if time > 5e-4:
+            raise Wrong(f"no value at {time}")
+        return 1.0
+
+    model = column()
+    given: dict[str, Any] = {
+        "load": {"force": (1e4, 0, 0)},
+        "fix": {"axes": "x", "velocity": (0.1, 0, 0)},
+        "boundary": {"kind": "viscous", "velocity": (0.1, 0, 0)},
+        "charge": {"pressure": 1e6},
+    }
+    place = {"z": 1.0 if section == "charge" else 2.0}
+    getattr(model, section)(**given[section], **place, history=history)
+    simulation = model.build()
+
+    def move() -> None:
+        simulation.run(1e-3, quiet=True) if how == "run" else simulation.step(1000)
+
+    with pytest.raises(Wrong) as caught:
+        move()
+    assert [entry.name for entry in caught.traceback][-1] == "history"
+    assert np.isfinite(simulation.energy["balance"])
+    assert np.isfinite(simulation.displacement).all()
+    simulation.apply_force(0, (1, 0, 0))
+    assert np.isfinite(simulation.force).all()
+    assert simulation.summary["blocks"] == 2
+    # The simulation cannot go on.
+    with pytest.raises(Wrong):
+        move()
+
+
+def test_measurement_raises_exception_of_history() -> None:
+    def history(time: float) -> float:
+        raise Wrong
+
+    model = column()
+    model.load(force=(1e4, 0, 0), z=2.0, history=history)
+    simulation = model.build()
+    with pytest.raises(Wrong):
+        simulation.force
+    assert np.isfinite(simulation.force).all()
+    with pytest.raises(Wrong):
+        simulation.step()
+
+
 @pytest.mark.parametrize("value", [None, "a", float("nan"), float("inf"), 1j, [1.0], np.zeros(2)])
 def test_history_must_return_numbers(value: Any) -> None:
     model = column()

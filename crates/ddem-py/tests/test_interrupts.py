@@ -191,6 +191,56 @@ except KeyboardInterrupt:
             process.kill()
 
 
+@pytest.mark.parametrize("how", ["build", "factor_of_safety", "run_deck", "cells"])
+def test_ctrl_c_stops_building(how: str, tmp_path: Path) -> None:
+    """The model takes ten seconds and more to build; the processes end before that."""
+    script = """
+import sys
+import ddem
+from sample_models import ROCK, SMOOTH, cube
+how, out = sys.argv[1:]
+model = ddem.Model(title="hill")
+model.add_region(box=((0, 0, 0), (40, 40, 30)), material=ROCK)
+for dip, direction in ((35, 270), (75, 80), (80, 170)):
+    planes = {"dip": dip, "dip_direction": direction, "spacing": 0.6 if how == "cells" else 1.6}
+    model.cut(set=planes, joint=SMOOTH)
+model.stage("weight", kind="relax")
+calls = {
+    "build": model.build,
+    "cells": model.cells,
+    "factor_of_safety": lambda: ddem.factor_of_safety(model),
+    "run_deck": lambda: ddem.run_deck(model, out=out + "/results", quiet=True),
+}
+print("go", flush=True)
+try:
+    calls[how]()
+except KeyboardInterrupt:
+    print("stopped", flush=True)
+    simulation = cube().build()
+    simulation.step(2)
+    print("steps", simulation.steps, flush=True)
+"""
+    with subprocess.Popen(
+        [sys.executable, "-c", script, how, str(tmp_path)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+    ) as process:
+        try:
+            assert process.stdout is not None and process.stdout.readline() == "go\n"
+            time.sleep(0.5)
+            process.send_signal(signal.SIGINT)
+            start = time.perf_counter()
+            assert process.stdout.readline() == "stopped\n"
+            assert time.perf_counter() - start < 5 * AT_ONCE
+            assert process.stdout.readline() == "steps 2\n"
+            assert process.wait(10) == 0
+        finally:
+            process.kill()
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("how", ["start", "critical_step", "relax", "run"])
 def test_ctrl_c_stops_before_first_step(how: str) -> None:
     """In a large model the search for the critical step and for the masses takes seconds."""

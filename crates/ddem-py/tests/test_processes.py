@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import ddem
 import pytest
-from sample_models import breaking
+from sample_models import ROCK, SEAM, breaking, run_python
 
 
 def simulated(threads: int | None) -> bytes:
@@ -48,6 +49,62 @@ def test_forked_process_runs() -> None:
     # The parent process still works.
     simulation.step(5)
     assert simulated(None) == found[0]
+
+
+def wall() -> ddem.Model:
+    """Blocks that are more than the work of one thread."""
+    model = ddem.Model()
+    model.add_blocks(size=(8, 8, 8), count=(8, 8, 8), divisions=2, material=ROCK, joint=SEAM)
+    model.fix("xyz", z=0.0)
+    return model
+
+
+def read_in_child(queue: Any, simulation: ddem.Simulation) -> None:
+    new = wall().build(threads=1)
+    for one in (simulation, new):
+        one.step(2)
+        one.displacement, one.energy, one.pairs, one.fragments  # noqa: B018
+    queue.put((simulation.steps, new.steps))
+
+
+@pytest.mark.filterwarnings("ignore:.*fork.*:DeprecationWarning")
+def test_forked_process_reads() -> None:
+    simulation = wall().build()
+    simulation.step(2)
+    simulation.displacement
+    context = multiprocessing.get_context("fork")
+    queue = context.Queue()
+    child = context.Process(target=read_in_child, args=(queue, simulation))
+    try:
+        child.start()
+        assert queue.get(timeout=20) == (4, 2)
+        child.join(10)
+        assert child.exitcode == 0
+    finally:
+        child.kill()
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="counts threads by Linux")
+def test_simulation_has_the_threads_of_its_call() -> None:
+    script = """
+import os
+from test_processes import wall
+model = wall()
+def number():
+    return len(os.listdir("/proc/self/task"))
+before = number()
+simulation = model.build(threads=1)
+simulation.step(2, quiet=True)
+for name in dir(simulation):
+    if not name.startswith(("_", "peak_")):
+        getattr(simulation, name)
+simulation.apply_force(0, (1, 0, 0))
+simulation.displacement = simulation.displacement
+simulation.relax(max_steps=2, on_failure="continue", quiet=True)
+simulation.field("stress")
+assert number() == before + 1, (number(), before)
+"""
+    run_python(script, timeout=60)
 
 
 @pytest.mark.parametrize("method", ["fork", "spawn"])
