@@ -9,6 +9,9 @@ use toml::{Table, Value};
 
 use crate::functions::{Functions, Timed};
 
+/// A draft as Python values: the text of its deck, its functions by section and index, and its lines.
+pub(crate) type DraftState = (String, Vec<(String, usize, Py<PyAny>)>, BTreeMap<String, String>);
+
 /// Model as written so far.
 #[derive(Default)]
 pub(crate) struct Draft {
@@ -24,6 +27,17 @@ impl Draft {
         // The table has the form in which a deck is written, so that equal materials are equal
         // tables.
         Self { root: Table::try_from(deck).unwrap_or_default(), ..Self::default() }
+    }
+
+    /// The draft as Python values.
+    pub(crate) fn state(&self, py: Python<'_>) -> Result<DraftState, toml::ser::Error> {
+        Ok((toml::to_string(&self.root)?, self.functions.listed(py), self.lines.clone()))
+    }
+
+    /// Draft from its Python values.
+    pub(crate) fn from_state(state: DraftState) -> Result<Self, toml::de::Error> {
+        let (root, listed, lines) = state;
+        Ok(Self { root: toml::from_str(&root)?, functions: Functions::of(listed), lines })
     }
 
     /// The deck; places in errors are those of the deck.

@@ -29,14 +29,20 @@ impl Timed {
         }
     }
 
+    /// Section and number of the entry.
+    fn entry(self) -> (&'static str, usize) {
+        match self {
+            Self::Load(index) => ("load", index),
+            Self::Fix(index) => ("fix", index),
+            Self::Boundary(index) => ("boundary", index),
+            Self::Charge(index) => ("charge", index),
+        }
+    }
+
     /// Place of its history in the deck.
     fn place(self) -> String {
-        match self {
-            Self::Load(index) => format!("load[{index}].history"),
-            Self::Fix(index) => format!("fix[{index}].history"),
-            Self::Boundary(index) => format!("boundary[{index}].history"),
-            Self::Charge(index) => format!("charge[{index}].history"),
-        }
+        let (section, index) = self.entry();
+        format!("{section}[{index}].history")
     }
 }
 
@@ -51,6 +57,23 @@ impl Functions {
 
     pub(crate) fn clone_ref(&self, py: Python<'_>) -> Self {
         Self(self.0.iter().map(|(timed, function)| (*timed, function.clone_ref(py))).collect())
+    }
+
+    /// Functions from a list by section and index.
+    pub(crate) fn of(listed: Vec<(String, usize, Py<PyAny>)>) -> Self {
+        let timed = listed.into_iter().filter_map(|(section, index, function)| {
+            Some((Timed::new(&section, index)?, function))
+        });
+        Self(timed.collect())
+    }
+
+    /// List by section and index.
+    pub(crate) fn listed(&self, py: Python<'_>) -> Vec<(String, usize, Py<PyAny>)> {
+        let listed = |(timed, function): (&Timed, &Py<PyAny>)| {
+            let (section, index) = timed.entry();
+            (section.to_owned(), index, function.clone_ref(py))
+        };
+        self.0.iter().map(listed).collect()
     }
 
     /// Places of the functions in the deck.

@@ -5,12 +5,13 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use ddem_deck::Deck;
 use ddem_io::run::model_name;
+use pyo3::exceptions::PyValueError;
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping, PyTuple};
+use pyo3::types::{PyDict, PyMapping, PyTuple, PyType};
 use toml::{Table, Value};
 
-use crate::draft::Draft;
+use crate::draft::{Draft, DraftState};
 use crate::drive::assembled;
 use crate::errors::{self, model_error, refuse};
 use crate::fields;
@@ -201,10 +202,18 @@ impl PyModel {
     /// Support of `copy` and `pickle`.
     fn __reduce__<'py>(
         slf: &Bound<'py, Self>,
-    ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
-        let make = slf.get_type().getattr("from_deck")?;
-        let deck = slf.get().deck(slf.py())?;
-        Ok((make, PyTuple::new(slf.py(), [deck])?))
+    ) -> PyResult<(Bound<'py, PyType>, Bound<'py, PyTuple>, DraftState)> {
+        let state = slf.get().draft().state(slf.py());
+        let state = state.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        Ok((slf.get_type(), PyTuple::empty(slf.py()), state))
+    }
+
+    fn __setstate__(&self, state: DraftState) -> PyResult<()> {
+        let draft = Draft::from_state(state);
+        let draft = draft.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        let before = std::mem::replace(&mut *self.draft(), draft);
+        drop(before);
+        Ok(())
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::{Mutex, MutexGuard, TryLockError, TryLockResult};
 
 use ddem_core::{ModelError, RunError};
 use ddem_io::run::Session;
+use pyo3::exceptions::PyTypeError;
 use pyo3::gc::{PyTraverseError, PyVisit};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -192,6 +193,13 @@ impl PySimulation {
 
     fn __clear__(&self) {
         self.called.clear();
+    }
+
+    /// Refusal of `copy` and `pickle`.
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(PyTypeError::new_err(
+            "a Simulation cannot be copied or pickled: write it with save(path), and each ddem.load(path) makes a copy",
+        ))
     }
 
     fn __getattr__(slf: &Bound<'_, Self>, name: &str) -> PyResult<Py<PyAny>> {

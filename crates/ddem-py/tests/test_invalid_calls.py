@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pickle
 from pathlib import Path
 from typing import Any
 
@@ -135,8 +134,6 @@ def test_read_only_and_unknown_attributes_are_refused() -> None:
         del simulation.velocity
     with pytest.raises(TypeError):
         type("Mine", (ddem.Simulation,), {})
-    with pytest.raises(TypeError, match="pickle"):
-        pickle.dumps(simulation)
 
 
 def test_arguments_given_twice_are_refused() -> None:

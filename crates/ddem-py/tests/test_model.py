@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 import pickle
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,7 +14,7 @@ from typing import Any
 import ddem
 import numpy as np
 import pytest
-from sample_models import ROCK, SEAM, column, cube
+from sample_models import ROCK, SEAM, column, cube, same_state
 
 
 def full() -> ddem.Model:
@@ -251,8 +253,6 @@ def test_functions_cannot_be_written_to_a_deck(tmp_path: Path) -> None:
         for use in (
             case.to_deck,
             lambda case=case: case.deck,
-            lambda case=case: pickle.dumps(case),
-            lambda case=case: copy.copy(case),
             lambda case=case: ddem.run_deck(case, out=tmp_path / "out"),
         ):
             with pytest.raises(ddem.ModelError, match=f"^{place}: is a Python function"):
@@ -308,6 +308,69 @@ def test_copies_and_pickles_are_equal(copied: Any) -> None:
     assert again.deck == model.deck
     again.fix("x", z=2.0)
     assert again.deck != model.deck, "a copy is a model of its own"
+
+
+class Steady:
+    """A history that pickle can find by the name of its class."""
+
+    def __init__(self, factor: float) -> None:
+        self.factor = factor
+
+    def __call__(self, time: float) -> float:
+        return self.factor
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))]
+)
+def test_copies_of_models_have_functions_and_script_lines(copied: Any) -> None:
+    model = column()
+    model.load(force=(1e6, 0, 0), z=2.0)
+    model.load(force=(1e6, 0, 0), z=2.0, history=math.sin)
+    model.fix("x", velocity=(1e-3, 0, 0), z=2.0, history=Steady(2.0))
+    simulation, again = model.build(), copied(model).build()
+    simulation.step(20)
+    again.step(20)
+    assert same_state(simulation, again)
+    with pytest.raises(ddem.ModelError, match=r"^load\[1\].history: is a Python function"):
+        copied(model).to_deck()
+    model.load(force=(1, 0, 0), x=77.0)
+    with pytest.raises(ddem.ModelError) as caught:
+        model.build()
+    with pytest.raises(ddem.ModelError, match=re.escape(str(caught.value))):
+        copied(model).build()
+
+
+def test_deep_copies_of_models_have_functions_of_their_own() -> None:
+    class Hammer:
+        def __init__(self) -> None:
+            self.model = column()
+            self.model.load(pressure=1e5, z=2.0, history=self.factor)
+            self.pushed = 1.0
+
+        def factor(self, time: float) -> float:
+            return self.pushed
+
+    hammer = Hammer()
+    other = copy.deepcopy(hammer)
+    hammer.pushed = np.nan
+    other.model.build().step(2)
+    with pytest.raises(ddem.ModelError, match="not a finite number"):
+        hammer.model.build().step(2)
+
+
+def test_functions_without_a_name_cannot_be_pickled() -> None:
+    model = column()
+    model.load(force=(1, 0, 0), z=2.0, history=lambda time: time)
+    assert copy.deepcopy(model).build().n_nodes == model.build().n_nodes
+    with pytest.raises((AttributeError, pickle.PicklingError), match="lambda"):
+        pickle.dumps(model)
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, pickle.dumps])
+def test_simulations_cannot_be_copied(copied: Any) -> None:
+    with pytest.raises(TypeError, match=r"save\(path\), and each ddem.load\(path\) makes a copy"):
+        copied(cube().build())
 
 
 def test_repr_evaluates_to_an_equal_object() -> None:

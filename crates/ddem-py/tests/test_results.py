@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import copy
 import csv
 import json
+import pickle
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +104,19 @@ def test_last_frame_equals_the_simulation(tmp_path: Path) -> None:
             assert np.allclose(recorded[name], now[name], equal_nan=True), name
     assert refused(lambda: frame.mesh("block")).count("did you mean 'blocks'")
     assert refused(lambda: simulation.mesh("block")).count("did you mean 'blocks'")
+
+
+@pytest.mark.parametrize(
+    "copied", [copy.copy, copy.deepcopy, lambda a: pickle.loads(pickle.dumps(a))]
+)
+def test_results_and_frames_are_copied(folder: Path, copied: Any) -> None:
+    results = ddem.Results(folder)
+    frame = results[-1]
+    exact = frame.displacement
+    for again in (copied(results)[-1], copied(frame)):
+        assert (again.index, again.time, again.stage) == (frame.index, frame.time, frame.stage)
+        assert same(again.displacement, exact)
+    assert same(copied(results).probes["foot"], results.probes["foot"])
 
 
 def test_contacts_equal_the_simulation(tmp_path: Path) -> None:

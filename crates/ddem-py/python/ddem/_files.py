@@ -65,6 +65,10 @@ class File:
             self._last = (index, Read(pv.wrap(self._reader.GetOutputDataObject(0))))
         return self._last[1]
 
+    def __reduce__(self) -> tuple[type[File], tuple[Path]]:
+        """Support of `copy` and `pickle`, as readers of VTK have none."""
+        return File, (self._path,)
+
     def _heard(self, *_: object) -> None:
         self._errors.append("damaged")
 

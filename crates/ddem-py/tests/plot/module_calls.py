@@ -1,5 +1,6 @@
 """Wrong calls, one for each message of the Rust sources of the module; see test_messages.py."""
 
+import copy
 import warnings
 
 import ddem
@@ -110,6 +111,7 @@ def model_calls(tmp_path):
     yield "result of a function", lambda: driven.build().step()
     yield "model that grows", lambda: growing.load(pressure=Growing(), z=2.0)
     yield "name of a material", lambda: column().add_blocks(material=other)
+    yield "copy of a simulation", lambda: copy.copy(column().build())
 
 
 def name_calls():
