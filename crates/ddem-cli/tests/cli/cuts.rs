@@ -260,3 +260,35 @@ fn interrupt_of_building_writes_nothing() {
     insta::assert_snapshot!(told.lines().last().unwrap_or_default());
     assert!(!desk.path("a").exists());
 }
+
+/// The check predicts the peak memory of a relaxation of some 600 cells, the program itself included.
+#[test]
+#[cfg(target_os = "linux")]
+fn check_predicts_the_memory_of_cells() {
+    let cuts: String = [[20, 100], [75, 265], [80, 5]]
+        .iter()
+        .map(|[dip, direction]| {
+            format!(
+                "[[cut]]\njoint = 'seam'\n\
+                 set = {{ dip = {dip}, dip_direction = {direction}, fisher = 300, spacing = 1.1 }}\n"
+            )
+        })
+        .collect();
+    let deck = format!(
+        "model.gravity = [0, 0, -9.81]\n\
+         materials.rock = {{ density = 2400, young = 18e9, poisson = 0.25 }}\n\
+         joints.seam = {{ normal_stiffness = 2e10, shear_stiffness = 7e9 }}\n\
+         [[region]]\nbox = {{ from = [0, 0, 0], to = [8, 8, 8] }}\nmaterial = 'rock'\n{cuts}\
+         [[fix]]\nwhere = {{ z = 0.0 }}\naxes = 'xyz'\n\
+         [[stage]]\nname = 'rest'\nkind = 'relax'\ntolerance = 0.5\n"
+    );
+    let desk = Desk::new();
+    desk.write("rock.toml", &deck);
+    let check = desk.run("rock.toml --check");
+    let line = check.stdout.lines().find_map(|line| line.strip_prefix("memory  ")).unwrap();
+    let predicted: f64 = line.trim().strip_suffix(" MB").unwrap().parse().unwrap();
+    assert_eq!(desk.run("rock.toml --threads 2 --out a").status, Some(0));
+    let summary: serde_json::Value = serde_json::from_slice(&desk.read("a/summary.json")).unwrap();
+    let peak = 1e-6 * summary["peak_memory_bytes"].as_f64().unwrap();
+    assert!((0.7..1.4).contains(&(peak / predicted)), "{peak} MB, predicted {predicted} MB");
+}

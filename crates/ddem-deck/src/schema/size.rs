@@ -55,9 +55,10 @@ impl Size {
     /// numbers of their parts, nodes, elements, and pairs of their joints.
     #[must_use]
     pub fn of_parts(blocks: f64, nodes: f64, elements: f64, pairs: f64) -> Self {
-        // State, forces and a frame of output; the table and the inertia of each element; the pairs in
-        // the model, in the state and in a measurement of it, and their nodes.
-        let bytes = blocks * 2500.0 + nodes * 700.0 + elements * 900.0 + pairs * 1200.0;
+        // The shape, the patches of the joints and the smooth motions of a relaxation; state, forces and a
+        // frame of output; the table of each element; and the pairs in the model, in the state and in a
+        // measurement of it.
+        let bytes = blocks * 16e3 + nodes * 340.0 + elements * 700.0 + pairs * 900.0;
         Self { blocks, nodes, bytes }
     }
 

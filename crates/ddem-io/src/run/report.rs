@@ -207,16 +207,22 @@ fn refuse(size: Size, available: u64) -> Result<(), RunFailure> {
     })
 }
 
-/// Size of a built model, including refinement.
+/// Memory of the program itself, of its threads and of the buffers of its files `[bytes]`.
+const PROGRAM: f64 = 50e6;
+
+/// Size of a run of a built model, including refinement.
 fn grown(size: Size, model: &Model) -> Size {
     let (blocks, nodes) = (model.n_blocks() as f64, model.n_nodes() as f64);
-    if size.nodes == 0.0 {
+    let mut grown = if size.nodes == 0.0 {
         let [elements, pairs] =
             [model.n_elements(), model.n_nonconforming_pairs()].map(|count| count as f64);
-        return Size::of_parts(blocks, nodes, elements, pairs);
-    }
-    let more = (nodes / size.nodes).max(1.0);
-    Size { blocks: blocks.max(size.blocks), nodes: nodes.max(size.nodes), bytes: more * size.bytes }
+        Size::of_parts(blocks, nodes, elements, pairs)
+    } else {
+        let bytes = (nodes / size.nodes).max(1.0) * size.bytes;
+        Size { blocks: blocks.max(size.blocks), nodes: nodes.max(size.nodes), bytes }
+    };
+    grown.bytes += PROGRAM;
+    grown
 }
 
 /// A deck with its blocks cut, its model and its probes.

@@ -136,10 +136,10 @@ fn regions_beyond_the_memory_are_refused_before_they_are_cut() {
         build(&deck, available, &BuildProgress::default())
             .map_or_else(|failure| failure.to_string(), |_| String::new())
     };
-    // 1331 cells with 8 parts of 8 nodes, one element and 6 pairs each: 2500 + 8 ⋅ 700 + 900 + 6 ⋅ 1200 B
-    // each, 172.5 MB.
-    assert_eq!(message(1.0, 172_498_000), "");
-    let refused = [(1.0, 172_497_000), (0.05, 16_000_000_000), (0.001, u64::MAX)];
+    // 1331 cells with 8 parts of 8 nodes, one element and 6 pairs each: 16000 + 8 ⋅ 340 + 700 + 6 ⋅ 900 B
+    // each, 264.3 MB.
+    assert_eq!(message(1.0, 264_284_000), "");
+    let refused = [(1.0, 264_283_000), (0.05, 16_000_000_000), (0.001, u64::MAX)];
     let messages = refused.map(|(spacing, available)| message(spacing, available));
     insta::assert_snapshot!(messages.join("\n"));
 }
