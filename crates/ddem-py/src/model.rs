@@ -211,6 +211,7 @@ impl PyModel {
     fn __setstate__(&self, state: DraftState) -> PyResult<()> {
         let draft = Draft::from_state(state);
         let draft = draft.map_err(|error| PyValueError::new_err(error.to_string()))?;
+        // Its functions are dropped without the lock, as they may call Python.
         let before = std::mem::replace(&mut *self.draft(), draft);
         drop(before);
         Ok(())

@@ -155,6 +155,34 @@ def test_resume_without_a_checkpoint_starts(tmp_path: Path) -> None:
     assert (tmp_path / "out" / "summary.json").exists()
 
 
+def lines_after_ctrl_c(
+    script: str, *arguments: str, after: float = 0.0, within: float = AT_ONCE
+) -> list[str]:
+    """Lines of a script that gets Ctrl-C some seconds after it has said "go".
+
+    The first one comes within a time.
+    """
+    with subprocess.Popen(
+        [sys.executable, "-c", script, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+    ) as process:
+        try:
+            assert process.stdout is not None and process.stdout.readline() == "go\n"
+            time.sleep(after)
+            process.send_signal(signal.SIGINT)
+            start = time.perf_counter()
+            first = process.stdout.readline()
+            assert time.perf_counter() - start < within
+            lines = [first, *process.stdout]
+            assert process.wait(10) == 0
+            return lines
+        finally:
+            process.kill()
+
+
 def test_ctrl_c_in_terminal_stops_run_deck(tmp_path: Path) -> None:
     script = """
 import sys
@@ -173,22 +201,7 @@ except KeyboardInterrupt:
     simulation.step(2)
     print("stopped", simulation.steps - before, flush=True)
 """
-    with subprocess.Popen(
-        [sys.executable, "-c", script],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment(),
-    ) as process:
-        try:
-            assert process.stdout is not None and process.stdout.readline() == "go\n"
-            process.send_signal(signal.SIGINT)
-            start = time.perf_counter()
-            assert process.stdout.readline() == "stopped 2\n"
-            assert time.perf_counter() - start < AT_ONCE
-            assert process.wait(10) == 0
-        finally:
-            process.kill()
+    assert lines_after_ctrl_c(script) == ["stopped 2\n"]
 
 
 @pytest.mark.parametrize("how", ["build", "factor_of_safety", "run_deck", "cells"])
@@ -220,24 +233,8 @@ except KeyboardInterrupt:
     simulation.step(2)
     print("steps", simulation.steps, flush=True)
 """
-    with subprocess.Popen(
-        [sys.executable, "-c", script, how, str(tmp_path)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env=environment(),
-    ) as process:
-        try:
-            assert process.stdout is not None and process.stdout.readline() == "go\n"
-            time.sleep(0.5)
-            process.send_signal(signal.SIGINT)
-            start = time.perf_counter()
-            assert process.stdout.readline() == "stopped\n"
-            assert time.perf_counter() - start < 5 * AT_ONCE
-            assert process.stdout.readline() == "steps 2\n"
-            assert process.wait(10) == 0
-        finally:
-            process.kill()
+    told = lines_after_ctrl_c(script, how, str(tmp_path), after=0.5, within=5 * AT_ONCE)
+    assert told == ["stopped\n", "steps 2\n"]
     assert list(tmp_path.iterdir()) == []
 
 
