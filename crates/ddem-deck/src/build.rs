@@ -40,6 +40,8 @@ pub struct BuiltDeck {
     charges: Vec<Vec<Diagnostic>>,
     /// Supports at boundaries in each stage.
     holds: Vec<Vec<BoundaryHold>>,
+    /// Faces of cells that look into holes.
+    walls: rock::CellWalls,
 }
 
 impl Deck {
@@ -102,7 +104,7 @@ impl BuiltDeck {
 
     fn build(deck: &Deck, available: u64, progress: &BuildProgress) -> Result<Self, Vec<Fault>> {
         let names = Names::new(deck);
-        let Cut { stages, sets, selections, joints } =
+        let Cut { stages, sets, selections, joints, walls } =
             geometry::cut(deck, &names, available, progress)?;
         let mut problem = Problem {
             properties: properties::properties(deck, joints),
@@ -123,7 +125,8 @@ impl BuiltDeck {
         problem.stresses = stress::stresses(deck, &problem)?;
         sound(stress::unjoined(deck, &problem))?;
         problem.motions = conditions::motions(deck, &problem);
-        Ok(Self { deck: deck.clone(), problem: Arc::new(problem), selections, charges, holds })
+        let (deck, problem) = (deck.clone(), Arc::new(problem));
+        Ok(Self { deck, problem, selections, charges, holds, walls })
     }
 
     fn selector(&self, selector: &Where) -> Selector {

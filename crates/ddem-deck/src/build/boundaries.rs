@@ -9,7 +9,7 @@ use ddem_core::problem::{
 use ddem_core::{ErrorCode, Fault, Problem};
 
 use super::at_stage;
-use super::faces::{in_cavities, twice, with_areas};
+use super::faces::{twice, with_areas};
 use super::geometry::{Selector, no_face, nothing};
 use crate::lint::{Code, Diagnostic};
 use crate::schema::{Boundary, BoundaryKind, Deck, Stage, StageKind, Where};
@@ -84,7 +84,6 @@ pub(super) fn warnings(
     problem: &Problem,
     holds: &[Vec<BoundaryHold>],
 ) -> Vec<Diagnostic> {
-    let mut warnings = in_cavities(deck, problem);
     let mut held: Vec<Option<Diagnostic>> = vec![None; problem.boundaries.list.len()];
     for (stage, holds) in holds.iter().enumerate() {
         for hold in holds {
@@ -92,8 +91,7 @@ pub(super) fn warnings(
             *known = known.take().or_else(|| held_in_part(deck, problem, stage, hold));
         }
     }
-    warnings.extend(held.into_iter().flatten());
-    warnings
+    held.into_iter().flatten().collect()
 }
 
 /// Warning about a boundary that is held in part in a stage.

@@ -1,14 +1,15 @@
 //! Checks of boundary faces: no part of a face may belong to two boundaries, and walls of cavities
 //! give a warning.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use ddem_core::problem::{BlockFace, Geometry};
 use ddem_core::{ErrorCode, Fault, Problem, counted};
 
 use super::at_stage;
 use super::charge::is_wall;
-use super::geometry::Selector;
+use super::geometry::{Selector, free_centres};
+use super::rock::{CellWalls, cell_face};
 use crate::lint::{Code, Diagnostic};
 use crate::schema::Deck;
 
@@ -16,7 +17,10 @@ use crate::schema::Deck;
 const WHOLE: f64 = 1.0 + 1e-6;
 
 fn shown(geometry: &Geometry, face: &BlockFace) -> String {
-    let [x, y, z] = <[f64; 3]>::from(face.centre(geometry)).map(|x| (x * 1e6).round() / 1e6);
+    // Other cells may cover the centre of a face.
+    let centre = free_centres(geometry, face).first().copied();
+    let centre = centre.unwrap_or_else(|| face.centre(geometry));
+    let [x, y, z] = <[f64; 3]>::from(centre).map(|x| (x * 1e6).round() / 1e6);
     format!("({x}, {y}, {z})")
 }
 
@@ -56,16 +60,22 @@ pub(super) fn twice(deck: &Deck, problem: &Problem) -> Vec<Fault> {
 }
 
 /// Warnings about boundaries on walls of cavities, behind which there is no rock.
-pub(super) fn in_cavities(deck: &Deck, problem: &Problem) -> Vec<Diagnostic> {
+pub(super) fn in_cavities(deck: &Deck, problem: &Problem, walls: &CellWalls) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
     for (index, boundary) in problem.boundaries.list.iter().enumerate() {
         let geometry = at_stage(deck, &problem.stages, deck.boundary[index].from.as_ref());
-        let faces = boundary.faces.iter().map(|(face, _)| face);
-        let within: Vec<&BlockFace> = faces.filter(|face| is_wall(geometry, face)).collect();
+        // A range may end at the edge of a face.
+        let acts = boundary.faces.iter().filter(|(_, [area, _])| *area > 0.0);
+        let faces = acts.map(|(face, _)| face);
+        let is_wall = |face: &&BlockFace| is_wall(geometry, face) || walls.has(geometry, face);
+        let within: Vec<&BlockFace> = faces.filter(is_wall).collect();
+        // The parts of a cell have one face together.
+        let of_cells: BTreeSet<_> = within.iter().filter_map(|f| cell_face(geometry, f)).collect();
+        let of_blocks = within.iter().filter(|face| geometry.part(face.block).is_none()).count();
         if let Some(first) = within.first() {
             let message = format!(
                 "it acts on {} in cavities, the first at {}: there is no rock behind them",
-                counted(within.len(), "face"),
+                counted(of_cells.len() + of_blocks, "face"),
                 shown(geometry, first)
             );
             let at = format!("boundary[{index}].where");

@@ -17,6 +17,7 @@ mod stability;
 mod thick;
 mod ties;
 mod too_many;
+mod walls;
 mod warnings;
 
 pub(in crate::build) use assigned::AssignedRock;
@@ -25,6 +26,7 @@ pub use fractures::RockFracture;
 pub use planes::RockPlane;
 pub(crate) use shape::parts;
 pub use stability::{BlockMode, BlockVerdict};
+pub(in crate::build) use walls::{CellWalls, cell_face};
 pub(in crate::build) use warnings::much_inertia;
 
 use std::collections::BTreeSet;

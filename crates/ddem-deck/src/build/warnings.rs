@@ -37,6 +37,7 @@ impl BuiltDeck {
         warnings.extend(self.shared_cavities(model));
         warnings.extend(self.blasts_at_rest(model));
         warnings.extend(self.far_probes(model));
+        warnings.extend(super::faces::in_cavities(&self.deck, &self.problem, &self.walls));
         warnings.extend(super::boundaries::warnings(&self.deck, &self.problem, &self.holds));
         warnings.extend(model.contact_warnings().into_iter().map(contact));
         let used = model.joint_numbers().collect();

@@ -116,6 +116,39 @@ fn pressure_on_walls_replaces_excavated_rock() {
     }
 }
 
+/// Warnings about a boundary on a part of the rock around a tunnel that ends 2 m or 4 m into the rock.
+fn boundary_warnings(end: f64, change: impl Fn(&str) -> String, selection: &str) -> Vec<String> {
+    let entry =
+        format!("[[boundary]]\nwhere = {{ {selection} }}\nkind = 'viscous'\nfrom = 'dig'\n");
+    let built = built(&change(&tunnel(end, "", &entry)));
+    built.warnings(&built.model()).iter().map(ToString::to_string).collect()
+}
+
+/// Boundaries on walls of tunnels are mistakes, as in sets of blocks, whenever the cells there were removed.
+#[test]
+fn boundaries_on_walls_of_tunnels_give_a_warning() {
+    let in_stage = str::to_owned;
+    let at_start = |text: &str| {
+        text.replace(
+            "where = { inside = 'heading' }\n        from = 'dig'",
+            "where = { inside = 'heading' }",
+        )
+    };
+    let in_cavities = |found: Vec<String>| -> Vec<String> {
+        found.into_iter().filter(|warning| warning.contains("walls-in-boundary")).collect()
+    };
+    let mut found = Vec::new();
+    for end in [2.0, 4.0] {
+        let dug = in_cavities(boundary_warnings(end, in_stage, "inside = 'heading'"));
+        assert_eq!(dug, in_cavities(boundary_warnings(end, at_start, "inside = 'heading'")));
+        found.extend(dug);
+        found.extend(in_cavities(boundary_warnings(end, in_stage, "x = [0.0, 4.0]")));
+        let outside = boundary_warnings(end, in_stage, "x = 0.0");
+        assert_eq!(in_cavities(outside), [""; 0]);
+    }
+    insta::assert_snapshot!(found.join("\n"));
+}
+
 /// Rigid cube of 1 m with eight parts.
 const CUBE: &str = "
 [materials.rock]

@@ -23,7 +23,7 @@ use empty_selection::no_block;
 pub(in crate::build) use empty_selection::{coordinates, nearest_joint, no_face, no_node, nothing};
 pub use interface::Interface;
 use lattice::lattices;
-pub(super) use select::NodeSearch;
+pub(super) use select::{NodeSearch, free_centres};
 pub use selection::Selection;
 pub(super) use selector::Selector;
 pub(in crate::build) use sets::box_of;
@@ -35,7 +35,7 @@ use touching::TouchingFaces;
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::rock::{AssignedRock, RockBlocks};
+use super::rock::{AssignedRock, CellWalls, RockBlocks};
 use super::{BuildPhase, BuildProgress, sound};
 use crate::schema::{Assign, Deck, Remove};
 use ddem_core::problem::{
@@ -51,6 +51,8 @@ pub(in crate::build) struct Cut {
     pub(in crate::build) selections: Vec<Selection>,
     /// Joints that the deck does not name, which follow those that it names.
     pub(in crate::build) joints: Vec<JointProperties>,
+    /// Faces of cells that look into holes.
+    pub(in crate::build) walls: CellWalls,
 }
 
 /// Cuts regions and sets, applies `assign` and `remove`, numbers blocks and nodes. Blocks of regions may need as much
@@ -97,7 +99,8 @@ pub(in crate::build) fn cut(
     let joints = cells.stiff_joints(&geometry.nonconforming_joints);
     let (stages, excavated) = stages(Arc::new(geometry), &rock)?;
     selections.extend(excavated);
-    Ok(Cut { stages, sets, selections, joints })
+    let walls = cells.walls(&stages);
+    Ok(Cut { stages, sets, selections, joints, walls })
 }
 
 /// Removes blocks and cells at the start. Returns the blocks that curved and slanted shapes remove, and

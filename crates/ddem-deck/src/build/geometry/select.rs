@@ -20,7 +20,7 @@ const MARGIN: f64 = 1e-8;
 
 /// Points by which the free parts of a face are selected `[m]`: the centre of an outer face, of a face of a
 /// cell those of its elements.
-pub(super) fn free_centres(geometry: &Geometry, face: &BlockFace) -> Vec<Vec3> {
+pub(in crate::build) fn free_centres(geometry: &Geometry, face: &BlockFace) -> Vec<Vec3> {
     match geometry.part(face.block) {
         Some(_) => face.free_elements(geometry).iter().map(|free| free.centre).collect(),
         None => Vec::from_iter(face.is_outer(geometry).then(|| face.centre(geometry))),
