@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 Integers = npt.NDArray[np.int64]
 
+# Difference of unit vectors within which they are one, and of places relative to the size of the model.
+_FLAT = 1e-6
+
 # Modes of block theory and their colours.
 _MODES = {
     "falls": "#c0392b",
@@ -185,20 +188,59 @@ def _edges(rock: Cells, drawn: npt.NDArray[np.bool_]) -> Integers:
     face = np.repeat(np.arange(len(counts)), counts)
     next_one = np.arange(len(rock.corners)) + 1
     next_one[rock.starts[1:] - 1] = rock.starts[:-1]
-    ends = np.sort(np.stack([rock.corners, rock.corners[next_one]], axis=1), axis=1)
-    kept, normal = drawn[face], _normals(rock)[face]
-    cell = rock.face_cell[face]
-    block = np.asarray(rock.table["block"])[cell]
-    rows = np.column_stack([block, ends])[kept]
+    kept = drawn[face]
+    ends, face = np.stack([rock.corners, rock.corners[next_one]], axis=1)[kept], face[kept]
+    normal = _normals(rock)[face]
+    # The cell is on the left of an edge, seen from outside.
+    inward = np.cross(normal, rock.points[ends[:, 1]] - rock.points[ends[:, 0]])
+    inward /= np.maximum(np.linalg.norm(inward, axis=1, keepdims=True), np.finfo(float).tiny)
+    block = np.asarray(rock.table["block"])
+    ends, edge = _pieces(rock, ends, block[rock.face_cell[face]])
+    face, normal, inward = face[edge], normal[edge], inward[edge]
+    owner = block[rock.face_cell[face]]
+    # Two faces with one half-plane are the sides of joined cells whose corners do not match.
+    sides = np.column_stack([owner, ends, np.round(inward / _FLAT)])
+    _, group, size = np.unique(sides, axis=0, return_inverse=True, return_counts=True)
+    outer = size[group.reshape(-1)] == 1
+    ends, face, normal, owner = ends[outer], face[outer], normal[outer], owner[outer]
+    rows = np.column_stack([owner, ends])
     _, first, group = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    group, normal = group.reshape(-1), normal[kept]
+    group = group.reshape(-1)
     off = np.linalg.norm(normal - normal[first][group], axis=1)
     furthest = np.zeros(len(first))
     np.maximum.at(furthest, group, off)
-    # The edge of a T face belongs to one drawn face only.
-    level = (furthest < 1e-6) & (np.bincount(group) > 1)
-    edges: Integers = np.column_stack([ends[kept], cell[kept]])[first[~level]]
+    level = (furthest < _FLAT) & (np.bincount(group, minlength=len(first)) > 1)
+    edges: Integers = np.column_stack([ends, rock.face_cell[face]])[first[~level]]
     return edges
+
+
+def _pieces(rock: Cells, ends: Integers, block: Integers) -> tuple[Integers, Integers]:
+    """Pieces of edges between the ends of all edges of a block on one line: sorted ends, and the edge."""
+    rows = np.arange(len(ends))
+    # Edges of one cell meet at corners only.
+    several = (rock.blocks["cells"] > 1)[block]
+    rows = rows[several]
+    low, high = rock.points.min(axis=0), rock.points.max(axis=0)
+    start, end = np.moveaxis(rock.points[ends[rows]] - 0.5 * (low + high), 1, 0)
+    along = end - start
+    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), np.finfo(float).tiny)
+    # One direction for both ways along a line.
+    leading = np.take_along_axis(along, (np.abs(along) > 0.51).argmax(axis=1)[:, None], axis=1)
+    along *= np.sign(leading)
+    step = _FLAT * max(float((high - low).max()), np.finfo(float).tiny)
+    at = np.stack([(start * along).sum(axis=1), (end * along).sum(axis=1)], axis=1)
+    foot = start - at[:, :1] * along
+    lines = np.column_stack([block[rows], np.round(along / _FLAT), np.round(foot / step)])
+    _, line = np.unique(lines, axis=0, return_inverse=True)
+    places = np.column_stack([np.repeat(line.reshape(-1), 2), np.round(at / step).reshape(-1)])
+    _, one, place = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    points, place = ends[rows].reshape(-1)[one], np.sort(place.reshape(-1, 2), axis=1)
+    number = place[:, 1] - place[:, 0]
+    edge = np.repeat(np.arange(len(rows)), number)
+    piece = np.arange(len(edge)) - np.repeat(np.cumsum(number) - number, number) + place[edge, 0]
+    pieces = np.stack([points[piece], points[piece + 1]], axis=1) if len(edge) else ends[:0]
+    ends = np.concatenate([ends[~several], pieces])
+    return np.sort(ends, axis=1), np.concatenate([np.flatnonzero(~several), rows[edge]])
 
 
 def _normals(rock: Cells) -> Floats:

@@ -105,6 +105,28 @@ def test_drawn_faces_are_those_of_blocks() -> None:
     plotter.close()
 
 
+def test_joined_cells_have_no_lines_between_them() -> None:
+    """A cut that ends on another one leaves faces whose corners do not match, within one block."""
+    pytest.importorskip("pyvista")
+    model = ddem.Model()
+    granite = ddem.Material(density=2700, young=50e9, poisson=0.25)
+    model.add_region(box={"from": (0, 0, 0), "to": (4, 3, 2)}, material=granite)
+    model.cut(plane={"dip": 60, "dip_direction": 90, "through": (2, 1, 1)}, join=True)
+    model.cut(plane={"dip": 90, "dip_direction": 0, "through": (2, 1.7, 1)}, join=True, x=(0, 2))
+    cells = model.cells()
+
+    def length(where: list[int]) -> float:
+        plotter = ddem.plot_blocks(cells, where=where, show=False)
+        drawn = plotter.actors["edges"].mapper.dataset.compute_cell_sizes()["Length"].sum()
+        plotter.close()
+        return float(drawn)
+
+    assert length([0, 1, 2]) == pytest.approx(4 * (4 + 3 + 2), rel=1e-6)
+    # Without the small cell its place is seen, with the edges of the joined plane.
+    corner = int(np.argmin(cells.table["volume"]))
+    assert length([cell for cell in range(3) if cell != corner]) > 4 * (4 + 3 + 2) + 1
+
+
 @pytest.mark.parametrize(
     ("keys", "message"),
     [
