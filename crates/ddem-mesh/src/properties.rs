@@ -64,6 +64,9 @@ pub enum JointElasticity {
     Layer(Elastic),
     /// Springs without mass.
     Springs(SpringStiffness),
+    /// Springs as stiff as a layer of the rock that they hold together. Results, counts and names of
+    /// joints leave them out.
+    WholeRock(Elastic),
 }
 
 impl JointProperties {
@@ -71,14 +74,19 @@ impl JointProperties {
     pub fn layer(&self) -> Option<&Elastic> {
         match &self.elasticity {
             JointElasticity::Layer(layer) => Some(layer),
-            JointElasticity::Springs(_) => None,
+            JointElasticity::Springs(_) | JointElasticity::WholeRock(_) => None,
         }
+    }
+
+    /// True for springs within whole rock.
+    pub fn is_whole_rock(&self) -> bool {
+        matches!(self.elasticity, JointElasticity::WholeRock(_))
     }
 
     /// Stiffness per area `[Pa/m]`; `(λ + 2G)/t` and `G/t` for a layer (§5).
     pub fn stiffness(&self) -> SpringStiffness {
         match &self.elasticity {
-            JointElasticity::Layer(layer) => SpringStiffness {
+            JointElasticity::Layer(layer) | JointElasticity::WholeRock(layer) => SpringStiffness {
                 normal: layer.p_modulus() / self.thickness,
                 shear: layer.shear / self.thickness,
             },

@@ -44,9 +44,11 @@ impl Model {
     /// takes more energy than its friction dissipates, or its methods for contacts or failure
     /// contradict its strengths.
     pub fn set_law(&mut self, joint: &str, law: Arc<dyn JointLaw>) -> Result<(), Fault> {
-        let Some(index) = self.properties.joints.iter().position(|known| known.name == joint)
+        let joints = &self.properties.joints;
+        let is_joint = |known: &&JointProperties| !known.is_whole_rock();
+        let Some(index) = joints.iter().position(|known| known.name == joint && is_joint(&known))
         else {
-            let names = self.properties.joints.iter().map(|known| format!("`{}`", known.name));
+            let names = joints.iter().filter(is_joint).map(|known| format!("`{}`", known.name));
             let place = format!("joints.{joint}");
             let fault = Fault::new(ErrorCode::UnknownName, place, "no joint has this name");
             return Err(fault.help(match names.collect::<Vec<_>>().join(", ").as_str() {

@@ -75,7 +75,12 @@ impl Model {
             }
         };
         let law = law.and_then(|law| self.laws.get(usize::from(law))?.as_deref());
-        let (blocks, pairs) = (self.joint(joint).blocks(), self.pairs_of(joint).len());
+        let pairs = match points {
+            // Springs within whole rock have no numbered pairs.
+            JointPairs::Patch(points) => points.len(),
+            _ => self.pairs_of(joint).len(),
+        };
+        let blocks = self.joint(joint).blocks();
         JointState { blocks, law, pairs, points, spacing, released }
     }
 
@@ -85,8 +90,7 @@ impl Model {
         broken_joints: &'a BrokenJoints,
         contacts: &'a Contacts,
     ) -> impl Iterator<Item = JointState<'a>> {
-        let all =
-            (0..self.n_joints()).map(move |joint| self.joint_state(joint, broken_joints, contacts));
+        let all = self.joints().map(move |joint| self.joint_state(joint, broken_joints, contacts));
         all.filter(|joint| !joint.blocks.iter().any(|&block| self.is_removed(block)))
     }
 }

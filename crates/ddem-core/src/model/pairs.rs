@@ -3,8 +3,9 @@
 use std::ops::Range;
 
 use crate::model::Model;
-use ddem_joint::contact::BondedPatch;
+use ddem_joint::contact::{BondedPatch, Patch};
 use ddem_mesh::ConformingJoint;
+use ddem_mesh::properties::JointProperties;
 
 impl Model {
     /// All conforming joints. In [`pairs`](Self::pairs) the pairs of nonconforming joints follow
@@ -14,10 +15,11 @@ impl Model {
         &self.faces
     }
 
-    /// Number of the properties of each joint between two blocks.
+    /// Number of the properties of each joint between two blocks. Springs within whole rock are no joints.
     pub fn joint_numbers(&self) -> impl Iterator<Item = u16> + '_ {
+        let is_joint = |joint: &u16| !self.properties.joints[usize::from(*joint)].is_whole_rock();
         let by_face = self.geometry.joined().map(|joint_pair| joint_pair.joint);
-        self.faces.iter().map(|face| face.joint).chain(by_face)
+        self.faces.iter().map(|face| face.joint).chain(by_face.filter(is_joint))
     }
 
     /// Numbers of joints and of pairs that can fail in at least one stage.
@@ -43,35 +45,50 @@ impl Model {
     /// Number of joints between two blocks.
     #[must_use]
     pub fn n_joints(&self) -> usize {
-        self.faces.len() + self.bonded_patches.len()
+        self.faces.len() + self.nonconforming_joints().count()
+    }
+
+    /// Numbers of all joints; springs within whole rock have numbers among them.
+    pub(crate) fn joints(&self) -> Range<usize> {
+        0..self.faces.len() + self.bonded_patches.len()
+    }
+
+    /// Nonconforming joints, without springs within whole rock.
+    pub(super) fn nonconforming_joints(&self) -> impl Iterator<Item = &BondedPatch> {
+        self.bonded_patches.iter().filter(|joint| !joint.is_whole_rock)
+    }
+
+    /// True if a patch is springs within whole rock.
+    pub(crate) fn is_whole_rock(&self, patch: &Patch) -> bool {
+        let joint = patch.bond.map(|bond| &self.properties.joints[usize::from(bond.joint)]);
+        joint.is_some_and(JointProperties::is_whole_rock)
     }
 
     /// Number of pairs of all conforming and nonconforming joints.
     #[must_use]
     pub fn n_pairs(&self) -> usize {
-        self.bonded_patches
-            .last()
-            .map_or_else(|| self.faces.last().map_or(0, ConformingJoint::end), BondedPatch::end)
+        let conforming = || self.faces.last().map_or(0, ConformingJoint::end);
+        self.bonded_patches.last().map_or_else(conforming, |joint| joint.pairs().end)
     }
 
-    /// Number of pairs of nonconforming joints.
+    /// Number of pairs of points of nonconforming joints, and of springs within whole rock.
     #[must_use]
     pub fn n_nonconforming_pairs(&self) -> usize {
-        self.n_pairs() - self.faces.last().map_or(0, ConformingJoint::end)
+        self.bonded_patches.iter().map(|joint| joint.patch.points.len()).sum()
     }
 
     /// Numbers of the pairs of a joint; those of nonconforming joints come last.
     pub(crate) fn pairs_of(&self, joint: usize) -> Range<usize> {
         match self.joint(joint) {
             BlockJoint::Matching(face) => face.first_pair as usize..face.end(),
-            BlockJoint::Nonconforming(joint) => joint.first_pair..joint.end(),
+            BlockJoint::Nonconforming(joint) => joint.pairs(),
         }
     }
 
     /// Number of the joint that has a pair; the number of joints if there is no such pair.
     pub(crate) fn joint_of(&self, pair: usize) -> usize {
         let matching = self.faces.partition_point(|face| face.end() <= pair);
-        matching + self.bonded_patches.partition_point(|joint| joint.end() <= pair)
+        matching + self.bonded_patches.partition_point(|joint| joint.pairs().end <= pair)
     }
 
     /// A joint by its number.
@@ -92,7 +109,7 @@ impl Model {
                 PairAtRest { nodes, point, normal, joint, cut: None }
             })
         });
-        matching.chain(self.bonded_patches.iter().flat_map(|joint| self.bonded_patch(joint)))
+        matching.chain(self.nonconforming_joints().flat_map(|joint| self.bonded_patch(joint)))
     }
 
     /// Pairs of a nonconforming joint.
@@ -124,7 +141,7 @@ impl Model {
     /// Pairs at the corners of each part of all joints, in order around it. A triangle repeats its
     /// last pair.
     pub fn quads(&self) -> impl Iterator<Item = [u32; 4]> + '_ {
-        let bonded_patch = self.bonded_patches.iter().flat_map(|joint| {
+        let bonded_patch = self.nonconforming_joints().flat_map(|joint| {
             joint.quads.iter().map(|quad| quad.map(|at| at + joint.first_pair as u32))
         });
         self.faces.iter().flat_map(ConformingJoint::quads).chain(bonded_patch)

@@ -25,7 +25,10 @@ fn fill<const N: usize, F: Fn(usize) -> [f64; N]>(
         let span = span(owner);
         let end = span.end.min(range.end);
         let (own, others) = rest.split_at_mut(end - at);
-        parts.push((owner, at - span.start, own));
+        // Springs within whole rock have no pairs.
+        if end > at {
+            parts.push((owner, at - span.start, own));
+        }
         (owner, at, rest) = (owner + 1, end, others);
     }
     let fill = |(owner, first, own): (usize, usize, &mut [[f64; N]])| {

@@ -42,7 +42,7 @@ impl Model {
             let part = self.geometry.part(block as usize);
             part.map_or((false, block), |part| (true, part.cell))
         };
-        let others = self.bonded_patches.iter().filter(|joint| wanted(joint));
+        let others = self.nonconforming_joints().filter(|joint| wanted(joint));
         let pairs: BTreeSet<_> = others.map(|joint| joint.patch.blocks.map(cell)).collect();
         pairs.len()
     }

@@ -148,7 +148,7 @@ impl Snapshot<'_> {
             .collect();
         let removed =
             |joint: &usize| model.joint(*joint).blocks().iter().any(|&b| model.is_removed(b));
-        for joint in (0..model.n_joints()).filter(|joint| !removed(joint)) {
+        for joint in model.joints().filter(|joint| !removed(joint)) {
             let (pairs, joint_state) = (model.pairs_of(joint).len(), self.joint_state(joint));
             let joint = &mut joints[usize::from(model.joint(joint).number())];
             joint.pairs += pairs as u64;

@@ -135,7 +135,7 @@ impl Snapshot<'_> {
             }
         };
         let mut faces = Vec::new();
-        let joints = model.joint_of(pairs.start)..model.n_joints();
+        let joints = model.joint_of(pairs.start)..model.joints().end;
         for at in joints.take_while(|&at| model.pairs_of(at).start < pairs.end) {
             match model.joint(at) {
                 BlockJoint::Matching(face) => {
@@ -216,9 +216,9 @@ fn visit_nonconforming(
 ) {
     let Some((patch, bond)) = contacts.bonded_patch(joint.patch.blocks) else { return };
     let axes = patch.frame();
-    for (i, point) in patch.points.iter().enumerate() {
+    for (number, point) in joint.pairs().zip(&patch.points) {
         let pair = &point.pair;
         let traction = patch.force(point) / pair.area;
-        visit(joint.first_pair + i, PairView { traction, axes, law: bond.law, point: Some(*pair) });
+        visit(number, PairView { traction, axes, law: bond.law, point: Some(*pair) });
     }
 }

@@ -50,7 +50,10 @@ impl Simulation {
         let (sums, losing) = balance(context, evaluation, scratch);
         let mut strain = scratch.strain_energy();
         let energy_deficit = broken_joints.energy_deficit() + contacts.energy_deficit();
-        strain[1] += contacts.stored() - energy_deficit;
+        let model = &self.model;
+        let stored = |rock: bool| contacts.stored(|patch| model.is_whole_rock(patch) == rock);
+        strain[0] += stored(true);
+        strain[1] += stored(false) - energy_deficit;
         (self.scratch.measured_joints, self.scratch.measured_contacts) = (broken_joints, contacts);
         self.last = sums;
         self.measured =

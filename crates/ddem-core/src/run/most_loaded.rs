@@ -138,7 +138,7 @@ impl Simulation {
             }
         }
         let mut around = own.clone();
-        for joint in 0..self.model.n_joints() {
+        for joint in self.model.joints() {
             let [a, b] = self.whole_joint(joint);
             around[a] = around[a].max(own[b]);
             around[b] = around[b].max(own[a]);
@@ -161,7 +161,9 @@ impl Simulation {
             let own = joints.get(&blocks);
             own.is_some_and(|&own| own >= MOST_LOADED * around[0].max(around[1]))
         };
-        let mut most_loaded: Vec<_> = (0..self.model.n_joints())
+        let mut most_loaded: Vec<_> = self
+            .model
+            .joints()
             .filter(|&joint| is_most(self.whole_joint(joint)))
             .map(|joint| self.model.joint(joint).blocks().map(|at| self.model.packs.slot(at)))
             .collect();

@@ -242,6 +242,7 @@ impl ModalEnergy<'_> {
             }
         }
         match most.and_then(|(_, joint)| joint.patch.bond.map(|bond| (bond, joint))) {
+            Some((_, joint)) if joint.is_whole_rock && all > 0.5 * energy => Limiter::Block(block),
             Some((bond, joint)) if all > 0.5 * energy => {
                 let blocks = joint.patch.blocks.map(|block| block as usize);
                 Limiter::Joint { joint: bond.joint, blocks }

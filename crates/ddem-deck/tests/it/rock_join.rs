@@ -1,8 +1,10 @@
 //! `[[join]]`: joints of regions that are left out.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
-use ddem_core::Simulation;
+use ddem_core::law::MohrCoulomb;
+use ddem_core::{FIELDS, Field, FieldLocation, Limiter, PairAtRest, Simulation};
 use ddem_cut::{CommonFace, PlaneSource};
 use ddem_deck::BlockMode;
 
@@ -103,19 +105,80 @@ fn joints_of_a_cut_are_left_out_by_its_name() {
     }
 }
 
+/// Rock with a joint that ends on a plane without a joint, within one block.
+fn ended() -> String {
+    let ends = "[[cut]]\nname = 'short'\nplane = { dip = 90, dip_direction = 0, through = [2, 1.7, 1] }\n\
+                joint = 'minor'\nwhere = { x = [0, 2] }\n";
+    with(&format!("{ends}[[join]]\nwhere = {{ cut = 'steep' }}"))
+}
+
 /// Faces that match only in part are held by springs as stiff as a thin layer of rock.
 #[test]
 fn cells_are_joined_where_a_cut_ended() {
-    let ends = "[[cut]]\nname = 'short'\nplane = { dip = 90, dip_direction = 0, through = [2, 1.7, 1] }\n\
-                joint = 'minor'\nwhere = { x = [0, 2] }\n";
-    let text = with(&format!("{ends}[[join]]\nwhere = {{ cut = 'steep' }}"));
+    let text = ended();
     let rock = cut(&text);
     assert!(rock.common.iter().any(|face| !face.matches && !rock.is_joint(face)));
     let model = built(&text).model();
     assert!((model.volumes()[0] - 24.0).abs() < 1e-12);
     // That of the rock follows the one of the deck.
-    assert!(model.joint_numbers().any(|joint| joint == 1));
+    assert!(model.geometry().joined().any(|joint| joint.joint == 1));
     settled(&text);
+}
+
+/// Springs that hold whole rock together are no joints: no field, count, name or energy of joints has them.
+#[test]
+fn whole_rock_has_no_joints_in_results() {
+    let mut simulation = Simulation::new(built(&ended()).model());
+    simulation.relax(1e-6, 100_000).unwrap();
+    let (rock, model) = (cut(&ended()), simulation.model());
+    let faces = rock.common.iter().filter(|face| rock.is_joint(face)).count();
+    assert_eq!((model.n_whole_joints(), model.joint_numbers().max()), (faces, Some(0)));
+    assert_eq!(model.n_breakable(), [0, 0]);
+    assert_eq!(model.joints_without_strength().collect::<Vec<_>>(), ["minor"]);
+    assert!(model.n_joints() < model.geometry().joined().count());
+    assert_eq!((model.pairs().count(), model.quads().count()), (model.n_pairs(), model.n_joints()));
+    let last = model.quads().flatten().max().unwrap() as usize;
+    assert_eq!(last + 1, model.n_pairs());
+    let law = Arc::new(MohrCoulomb::default());
+    insta::assert_snapshot!(built(&ended()).model().set_law("rock of region[0]", law).unwrap_err());
+
+    // Each row belongs to its own pair.
+    let pairs: Vec<_> = model.pairs().collect();
+    let (nodes, tractions) = (simulation.displacements().to_vec(), simulation.tractions());
+    let snapshot = simulation.snapshot();
+    let field = |name: &str| {
+        let on_pairs = |field: &&Field| field.on == FieldLocation::Pair && field.name == name;
+        snapshot.values(FIELDS.iter().find(on_pairs).unwrap()).as_chunks::<3>().0.to_vec()
+    };
+    let displacements = pairs.iter().map(|pair| {
+        let [a, b] = pair.nodes.map(|node| nodes[node as usize]);
+        [0, 1, 2].map(|c| 0.5 * (a[c] + b[c]))
+    });
+    assert_eq!(field("displacement"), displacements.collect::<Vec<_>>());
+    assert_eq!(field("traction"), tractions);
+    // Both sides are held at x = 0.
+    let loaded = |(pair, traction): (&PairAtRest, &[f64; 3])| {
+        (pair.point[0] > 1e-9) == (traction != &[0.0; 3])
+    };
+    assert!(pairs.iter().zip(&tractions).all(loaded));
+    assert_eq!(simulation.fragments().len(), 1);
+}
+
+/// Without joints, joints hold no energy and limit no step.
+#[test]
+fn whole_rock_strains_as_blocks_do() {
+    let text = ended().replace("joint = 'minor'\nwhere", "join = true\nwhere");
+    let text = format!("{text}\n[[join]]\nwhere = {{ cut = 'flat' }}");
+    let mut simulation = Simulation::new(built(&text).model());
+    assert!(simulation.model().geometry().joined().next().is_some());
+    assert_eq!((simulation.model().n_joints(), simulation.model().n_pairs()), (0, 0));
+    let limit = simulation.step_limit().unwrap().unwrap();
+    assert!(matches!(limit.limiter, Limiter::Block(_)), "{limit:?}");
+    simulation.relax(1e-9, 100_000).unwrap();
+    let energy = simulation.energy();
+    assert_eq!(energy.strain_joints, 0.0);
+    // A load does twice the work that blocks store, and damping takes the rest.
+    assert!((2.0 * energy.strain_bodies / energy.external_work - 1.0).abs() < 1e-4, "{energy:?}");
 }
 
 /// A joint that ends inside a block leaves a slit.

@@ -5,6 +5,8 @@
 //! them have failed and one has moved, the patch becomes an ordinary contact, which begins with the
 //! load of the joint.
 
+use std::ops::Range;
+
 use fearless_simd::Level;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -53,7 +55,7 @@ impl PatchBuilder<'_> {
     fn bond(
         &self,
         joint_pair: &NonconformingJoint,
-        stiffness: SpringStiffness,
+        properties: &JointProperties,
         both: [Option<Stress>; 2],
     ) -> BondedPatch {
         let (mut quads, mut summed) = (Vec::new(), Vec::new());
@@ -70,16 +72,16 @@ impl PatchBuilder<'_> {
                 }
             }),
         };
-        let NonconformingJoint { blocks, faces, .. } = *joint_pair;
+        let NonconformingJoint { blocks, faces, joint, area, cut, gap, .. } = *joint_pair;
         let surfaces = [0, 1].map(|side| self.surfaces.of(blocks[side], faces[side]));
-        let SpringStiffness { normal, shear } = stiffness;
+        let stiffness @ SpringStiffness { normal, shear } = properties.stiffness();
         let dashpot = self.surfaces.dashpot_of_joint(surfaces, normal);
         patch.surface = CombinedSurface { stiffness, dashpot, ..CombinedSurface::default() };
         // No strips lie beside the joint: its area extends to the middle of the surrounding gaps. Parts
         // of cells have none.
         let is_part = |&block: &u32| self.configuration.blocks[block as usize].is_part();
         let own = if blocks.iter().all(is_part) { 0.0 } else { patch.area() };
-        let part = if own > 0.0 { joint_pair.area / own } else { 1.0 };
+        let part = if own > 0.0 { area / own } else { 1.0 };
         patch.points.iter_mut().for_each(|point| point.pair.area *= part);
         let axes = patch.frame();
         patch.fix_at(self.configuration.blocks, &on);
@@ -104,9 +106,9 @@ impl PatchBuilder<'_> {
             let own = axes.tr_mul(&traction);
             point.pair.origin -= Vec3::new(own.x / normal, own.y / shear, own.z / shear);
         }
-        let joint = joint_pair.joint;
         patch.bond = Some(Bond { joint, law: joint, status: JointStatus::InPlace });
-        BondedPatch { patch, quads, first_pair: 0, cut: joint_pair.cut, gap: joint_pair.gap }
+        let is_whole_rock = properties.is_whole_rock();
+        BondedPatch { patch, quads, first_pair: 0, cut, is_whole_rock, gap }
     }
 }
 
@@ -121,14 +123,17 @@ pub struct BondedPatch {
     pub first_pair: usize,
     /// Number of the cut that made its faces, if one did.
     pub cut: Option<u32>,
+    /// True if it holds whole rock together: its points are not among the numbered pairs.
+    pub is_whole_rock: bool,
     /// Distance between the two faces `[m]`.
     gap: f64,
 }
 
 impl BondedPatch {
-    /// Number after that of its last pair.
-    pub fn end(&self) -> usize {
-        self.first_pair + self.patch.points.len()
+    /// Numbers of its pairs; none in whole rock.
+    pub fn pairs(&self) -> Range<usize> {
+        let n = if self.is_whole_rock { 0 } else { self.patch.points.len() };
+        self.first_pair..self.first_pair + n
     }
 
     /// Nodes of both sides with their shape functions and the areas `[m²]` of the points, a node
@@ -168,8 +173,6 @@ pub fn bonded_patches(
     first: usize,
     stresses: &[Option<Stress>],
 ) -> Vec<BondedPatch> {
-    let joints: Vec<SpringStiffness> =
-        properties.joints.iter().map(JointProperties::stiffness).collect();
     let still = vec![Lanes::ZERO; 3 * packs.nodes];
     let configuration = Configuration {
         blocks: &contact_model.blocks,
@@ -194,13 +197,13 @@ pub fn bonded_patches(
         // A rigid block for which no stress is given takes that of the other block.
         let [rigid_a, rigid_b] = joint_pair.blocks.map(|block| geometry.is_rigid(block as usize));
         let both = [a.or(b.filter(|_| rigid_a)), b.or(a.filter(|_| rigid_b))];
-        builder.bond(joint_pair, joints[usize::from(joint_pair.joint)], both)
+        builder.bond(joint_pair, &properties.joints[usize::from(joint_pair.joint)], both)
     };
     let mut bonded: Vec<BondedPatch> = geometry.nonconforming_joints.par_iter().map(bond).collect();
     let mut next = first;
     for joint in &mut bonded {
         joint.first_pair = next;
-        next += joint.patch.points.len();
+        next = joint.pairs().end;
     }
     bonded
 }

@@ -300,9 +300,9 @@ impl Contacts {
         self.index();
     }
 
-    /// Energy in all springs `[J]`.
-    pub fn stored(&self) -> f64 {
-        sum(self.patches.iter().map(Patch::stored))
+    /// Energy in the springs of the wanted patches `[J]`.
+    pub fn stored(&self, wanted: impl Fn(&Patch) -> bool) -> f64 {
+        sum(self.patches.iter().filter(|patch| wanted(patch)).map(Patch::stored))
     }
 
     /// Energy that points have given in excess of what they took `[J]`: sum of the

@@ -115,7 +115,7 @@ impl RockBlocks<'_> {
                 Elastic::new(material.density, material.young, material.poisson)
             });
             let height = self.rock.median_width(region) / f64::from(entry.divisions);
-            let elastic = JointElasticity::Layer(rock);
+            let elastic = JointElasticity::WholeRock(rock);
             let name = format!("rock of {}", self.rock.region_name(region));
             JointProperties { name, thickness: STIFF * height, elasticity: elastic, law: None }
         };
