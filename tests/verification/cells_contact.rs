@@ -6,7 +6,8 @@ use super::contact_energy::free_energy;
 use super::energy::closes;
 use super::incline::{G, rate};
 use super::record::Tolerance::{Absolute, Of, Relative};
-use super::record::{Case, at_most, between, check, consistent, of};
+use super::record::{Case, at_least, at_most, between, check, consistent, of};
+use super::rotation::changes;
 use super::shared::{Run, edited, example, run, simulation};
 
 /// Decks of a region with deformable blocks of two and four divisions, and with rigid blocks.
@@ -59,10 +60,8 @@ fn rebounding_cell_never_rises_higher() {
     }
 }
 
-#[test]
-fn falling_prism_moves_like_a_block() {
-    let case = of("cells_meet");
-    let text = example(case.deck);
+/// Checks that cells move like blocks of the same shapes and meshes, with the given keys of `[contact]`.
+fn moves_like_blocks(case: Case, text: &str, how: &str) {
     let (from, to) = (text.find("[[region]]"), text.find("[[fix]]"));
     let (from, to) = (from.expect("regions"), to.expect("a support"));
     let plate = "[[blocks]]\nname = \"plate\"\norigin = [-1, 0, -0.5]\nsize = [2, 1, 0.5]\nmaterial = \"rock\"\n\
@@ -87,10 +86,42 @@ fn falling_prism_moves_like_a_block() {
                 let series = run.probes.series(&column);
                 series.into_iter().rev().find(|[time, _]| *time <= 0.05).expect("a row")[1]
             };
-            let quantity = format!("{column} at 0.05 s, {what}");
+            let quantity = format!("{column} at 0.05 s, {what}{how}");
             consistent(case, &quantity, at(&blocks), at(&cells), Of(1.0, 2e-2));
         }
-        closes(case, &format!(", {what}"), &cells);
+        closes(case, &format!(", {what}{how}"), &cells);
+    }
+}
+
+#[test]
+fn falling_prism_moves_like_a_block() {
+    let case = of("cells_meet");
+    let text = example(case.deck);
+    moves_like_blocks(case, &text, "");
+    moves_like_blocks(case, &edited(&text, "damping = 0.0\n", ""), ", damped");
+}
+
+#[test]
+fn damping_of_cells_keeps_their_momentum() {
+    let case = of("cells_meet");
+    let text = edited(&example(case.deck), "damping = 0.0\n", "");
+    let (fix, initial) = (text.find("[[fix]]"), text.find("[[initial]]"));
+    let (fix, initial) = (fix.expect("a support"), initial.expect("a velocity"));
+    let free = format!("{}{}", &text[..fix], &text[initial..]);
+    let free = edited(&free, "gravity = [0.0, 0.0, -9.81]", "gravity = [0.0, 0.0, 0.0]");
+    // The prism as two cells that are joined.
+    let plane = "plane = { dip = 50, dip_direction = 30, through = [0.2, 0.5, 0.3] }";
+    let joined =
+        format!("[[cut]]\n{plane}\nwhere = {{ z = [0.01, 1.0] }}\njoin = true\n\n[[initial]]");
+    let cut = free.replacen("[[initial]]", &joined, 1);
+    for (what, text) in [("whole", free), ("of joined cells", cut)] {
+        let [momentum, angular, ..] = changes(&text);
+        at_most(case, &format!("change of momentum, {what} [part]"), 1e-9, momentum);
+        at_most(case, &format!("change of angular momentum, {what} [part]"), 1e-9, angular);
+        let run = run(&text);
+        closes(case, &format!(", {what}"), &run);
+        let damped = *run.energy.column("damping").last().expect("a row");
+        at_least(case, &format!("taken by damping, {what} [J]"), 1.0, damped);
     }
 }
 

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use nalgebra::Vector3;
 
 use crate::Geometry;
-use crate::bodies::{RigidBodies, corner_arms};
+use crate::bodies::{CellBodies, corner_arms};
 use crate::inertia::Inertia;
 use crate::joint_sections::JointSections;
 use crate::pack::{Pack, Packs};
@@ -72,7 +72,7 @@ pub struct Assembly {
     /// Arms of their corners.
     pub arms: Vec<CornerArms>,
     /// Rigid bodies of several blocks.
-    pub bodies: RigidBodies,
+    pub bodies: CellBodies,
     element_index: HashMap<(ElementKind, [u64; 12]), u32>,
     table_index: HashMap<[Option<u32>; LANES], u32>,
 }

@@ -1,4 +1,4 @@
-//! Rigid bodies of several blocks: cells, whose parts move as one (§8).
+//! Cells as bodies of several blocks. The parts of a rigid cell move as one (§8).
 
 use std::collections::BTreeMap;
 
@@ -7,15 +7,17 @@ use nalgebra::{Matrix3, Point3, Vector3};
 use crate::assembly::Assembly;
 use crate::pack::Packs;
 use crate::properties::Properties;
+use crate::topology::Topology;
 use crate::{Geometry, Vec3};
 use ddem_mechanics::element::hex8::mass_moments;
+use ddem_mechanics::math::disjoint_sets::DisjointSets;
 use ddem_mechanics::math::lanes::{LANES, Lanes};
 use ddem_mechanics::rigid::{CornerArms, CornerMoments, MassProperties};
 
 /// Marker for a lane without a part of a body.
 const NO_BODY: u32 = u32::MAX;
 
-/// Part of a rigid body: a block of a rigid pack.
+/// Part of a body: a block of a pack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BodyPart {
     /// Number of its block.
@@ -26,27 +28,54 @@ pub struct BodyPart {
     pub lane: usize,
 }
 
-/// Rigid bodies of several blocks that have not been removed. Other rigid blocks are bodies of their
-/// own and are not among them.
+/// Cells that have not been removed, as bodies of several blocks. Cells that are joined are one body.
+/// Blocks of lattices are bodies of their own and are not among them.
 #[derive(Clone, Debug, Default)]
-pub struct RigidBodies {
+pub struct CellBodies {
     /// Parts, body after body.
     parts: Vec<BodyPart>,
     /// First part of each body, shape `(bodies + 1)`.
     starts: Vec<u32>,
-    /// Body of each lane of the rigid packs; empty without bodies.
+    /// Body of each lane of all packs; empty without bodies.
     of_lane: Vec<[u32; LANES]>,
 }
 
-impl RigidBodies {
+impl CellBodies {
     /// Bodies of the rigid cells of a geometry.
     #[must_use]
-    pub fn new(geometry: &Geometry, packs: &Packs) -> Self {
-        let mut of_whole: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
-        let exists = |block: &usize| geometry.is_rigid(*block) && !geometry.is_removed(*block);
+    pub fn rigid(geometry: &Geometry, packs: &Packs) -> Self {
+        Self::new(geometry, packs, true, |_| 0)
+    }
+
+    /// Bodies of the deformable cells of a geometry. Parts of a block that an excavation has separated
+    /// are several bodies.
+    #[must_use]
+    pub fn deformable(geometry: &Geometry, packs: &Packs, properties: &Properties) -> Self {
+        let mut groups = DisjointSets::new(geometry.blocks.len());
+        for nodes in geometry.tied_deformable() {
+            let first = geometry.block_of(nodes[0] as usize);
+            nodes.iter().for_each(|&node| groups.join([first, geometry.block_of(node as usize)]));
+        }
+        let is_whole_rock = |joint: u16| properties.joints[usize::from(joint)].is_whole_rock();
+        for joined in geometry.joined().filter(|joined| is_whole_rock(joined.joint)) {
+            groups.join(joined.blocks.map(|block| block as usize));
+        }
+        Self::new(geometry, packs, false, |block| groups.lowest(block))
+    }
+
+    /// Bodies of the rigid or deformable cells. Blocks of one whole block and one `group` are one body.
+    fn new(
+        geometry: &Geometry,
+        packs: &Packs,
+        rigid: bool,
+        mut group: impl FnMut(usize) -> usize,
+    ) -> Self {
+        let mut of_whole: BTreeMap<(u32, usize), Vec<usize>> = BTreeMap::new();
+        let exists =
+            |&block: &usize| geometry.is_rigid(block) == rigid && !geometry.is_removed(block);
         for block in (0..geometry.blocks.len()).filter(exists) {
             if let Some(part) = geometry.part(block) {
-                of_whole.entry(part.block).or_default().push(block);
+                of_whole.entry((part.block, group(block))).or_default().push(block);
             }
         }
         if of_whole.is_empty() {
@@ -54,13 +83,13 @@ impl RigidBodies {
         }
         let mut bodies = Self {
             starts: vec![0],
-            of_lane: vec![[NO_BODY; LANES]; packs.rigid],
+            of_lane: vec![[NO_BODY; LANES]; packs.packs.len()],
             ..Self::default()
         };
         for (body, blocks) in of_whole.into_values().enumerate() {
             for block in blocks {
                 let (pack, lane) = packs.slot(block);
-                bodies.of_lane[packs.packs[pack].rigid_start][lane] = body as u32;
+                bodies.of_lane[pack][lane] = body as u32;
                 bodies.parts.push(BodyPart { block, pack, lane });
             }
             bodies.starts.push(bodies.parts.len() as u32);
@@ -88,20 +117,26 @@ impl RigidBodies {
         &self.parts[self.starts[body] as usize..self.starts[body + 1] as usize]
     }
 
-    /// Body of a lane of a rigid pack, the number of which counts rigid packs; `None` for a block of
-    /// its own.
+    /// Body of a lane of a pack; `None` for a block of its own.
     #[inline]
     #[must_use]
-    pub fn body(&self, rigid_pack: usize, lane: usize) -> Option<usize> {
-        let body = self.of_lane.get(rigid_pack)?[lane];
+    pub fn body(&self, pack: usize, lane: usize) -> Option<usize> {
+        let body = self.of_lane.get(pack)?[lane];
         (body != NO_BODY).then_some(body as usize)
+    }
+
+    /// True if a pack has parts of bodies.
+    #[inline]
+    #[must_use]
+    pub fn has(&self, pack: usize) -> bool {
+        self.of_lane.get(pack).is_some_and(|bodies| *bodies != [NO_BODY; LANES])
     }
 
     /// True for the first part of a body, which counts in sums over bodies, and for a block of its own.
     #[inline]
     #[must_use]
-    pub fn counts(&self, packs: &Packs, pack: usize, lane: usize) -> bool {
-        self.body(packs.packs[pack].rigid_start, lane).is_none_or(|body| {
+    pub fn counts(&self, pack: usize, lane: usize) -> bool {
+        self.body(pack, lane).is_none_or(|body| {
             let first = self.parts(body)[0];
             (first.pack, first.lane) == (pack, lane)
         })
@@ -123,6 +158,38 @@ pub(crate) fn corner_arms(rigid: &[[MassProperties; LANES]]) -> Vec<CornerArms> 
     rigid.iter().map(of_pack).collect()
 }
 
+/// Moments of a mass about a point.
+#[derive(Default)]
+struct MassMoments {
+    /// Mass `[kg]`.
+    mass: f64,
+    /// First moments `[kg m]`.
+    first: Vec3,
+    /// Second moments `Σ m x xᵀ` `[kg m²]`.
+    second: Matrix3<f64>,
+}
+
+impl MassMoments {
+    fn add(&mut self, mass: f64, first: Vec3, second: Matrix3<f64>) {
+        self.mass += mass;
+        self.first += first;
+        self.second += second;
+    }
+
+    /// Adds a hexahedron, whose corners are numbered by bits.
+    fn add_hexahedron(&mut self, corners: &[Vec3; 8], density: f64) {
+        let vtk = Topology::lattice(1).hex(0).map(|corner| Point3::from(corners[corner]));
+        let (mass, first, second) = mass_moments(&vtk, density);
+        self.add(mass, first, second);
+    }
+
+    /// Mass `[kg]`, centre of mass `[m]` and second moments about it `[kg m²]`.
+    fn about_centre(&self) -> (f64, Vec3, Matrix3<f64>) {
+        let centre = self.first / self.mass;
+        (self.mass, centre, self.second - centre * centre.transpose() * self.mass)
+    }
+}
+
 impl Geometry {
     /// Mass `[kg]`, centre of mass `[m]` and inertia about it `[kg m²]` of blocks that are parts of
     /// cells, with the masses of joints at their nodes.
@@ -134,29 +201,34 @@ impl Geometry {
     ) -> (f64, Vec3, Matrix3<f64>) {
         // Relative to a corner, so that a body far from the origin loses no digits.
         let origin = self.position(parts[0].block, [0; 3]);
-        let (mut mass, mut first, mut second) = (0.0, Vec3::zeros(), Matrix3::zeros());
-        let mut add = |own: (f64, Vec3, Matrix3<f64>)| {
-            mass += own.0;
-            first += own.1;
-            second += own.2;
-        };
+        let mut sums = MassMoments::default();
         for part in parts {
             let block = &self.blocks[part.block];
             let inertia = self.part(part.block).map_or(1.0, |part| part.inertia);
             let density = inertia * properties.materials[usize::from(block.material)].density;
             let corners = self.corners_of_part(part.block).map(|x| x - origin);
-            let vtk = self.topology(part.block).hex(0).map(|node| Point3::from(corners[node]));
-            add(mass_moments(&vtk, density));
+            sums.add_hexahedron(&corners, density);
             for (x, [layer, ..]) in corners.iter().zip(&joints[block.first_node as usize..]) {
-                add((*layer, x * *layer, x * x.transpose() * *layer));
+                sums.add(*layer, x * *layer, x * x.transpose() * *layer);
             }
         }
-        let centre = first / mass;
-        second -= centre * centre.transpose() * mass;
+        let (mass, centre, second) = sums.about_centre();
         (mass, origin + centre, Matrix3::identity() * second.trace() - second)
     }
 
-    /// Positions of the corners of a rigid part, which are its nodes `[m]`.
+    /// Length of a cell: the longest edge of the box that has the same moments of volume `[m]`.
+    #[must_use]
+    pub fn length_of_cell(&self, parts: &[BodyPart]) -> f64 {
+        let origin = self.position(parts[0].block, [0; 3]);
+        let mut sums = MassMoments::default();
+        for part in parts {
+            sums.add_hexahedron(&self.corners_of_part(part.block).map(|x| x - origin), 1.0);
+        }
+        let (volume, _, second) = sums.about_centre();
+        (12.0 * second.symmetric_eigenvalues().max() / volume).sqrt()
+    }
+
+    /// Corners of a part at rest `[m]`.
     fn corners_of_part(&self, block: usize) -> [Vec3; 8] {
         self.topology(block).corners().map(|at| self.position(block, at))
     }
@@ -172,7 +244,7 @@ impl Assembly {
         properties: &Properties,
         bonds: &[[f64; 4]],
     ) {
-        self.bodies = RigidBodies::new(geometry, packs);
+        self.bodies = CellBodies::rigid(geometry, packs);
         if self.bodies.is_empty() {
             return;
         }

@@ -45,7 +45,7 @@ mod topology;
 mod whole;
 
 pub use block_face::{BlockFace, RestFace, TributaryLengths, quad_points};
-pub use bodies::{BodyPart, RigidBodies};
+pub use bodies::{BodyPart, CellBodies};
 pub use cells::moved_to;
 pub use conforming::ConformingJoint;
 pub use conforming::faces;

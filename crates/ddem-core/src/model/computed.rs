@@ -61,10 +61,8 @@ impl Model {
         self.properties.joints[index].law = Some(law.clone());
         self.laws[index] = Some(law);
         self.computed.push(format!("joints.{joint}"));
-        let Self { laws, contact, geometry, packs, assembly, properties, .. } = &*self;
-        let ratio = properties.contact.damping_ratio();
-        self.sliding =
-            SlidingDamping::new(laws, contact.as_ref(), ratio, geometry, packs, assembly);
+        let Self { laws, contact, geometry, packs, properties, .. } = &*self;
+        self.sliding = SlidingDamping::new(laws, contact.as_ref(), properties, geometry, packs);
         // Blocks whose joints can fail now may meet, unless the deck excludes contacts.
         if !self.properties.contact.given && self.can_fail() {
             let new =

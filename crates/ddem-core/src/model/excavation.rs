@@ -100,9 +100,7 @@ impl Model {
         let bonds = at_bonds(properties, geometry, contact, &self.bonded_patches);
         self.assembly.assemble(geometry, packs, properties, &self.sections, &bonds);
         self.ties = TiedSlots::new(geometry, packs);
-        let ratio = properties.contact.damping_ratio();
-        self.sliding =
-            SlidingDamping::new(&self.laws, contact, ratio, geometry, packs, &self.assembly);
+        self.sliding = SlidingDamping::new(&self.laws, contact, properties, geometry, packs);
         if let Some(in_situ) = self.in_situ.take() {
             let blocks = in_situ.without(geometry);
             self.in_situ = InSitu::new(blocks, geometry, packs, &self.assembly);

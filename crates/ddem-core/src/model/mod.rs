@@ -100,9 +100,7 @@ impl Model {
         });
         let bonds = at_bonds(&properties, &geometry, contact.as_ref(), &bonded_patches);
         assembly.assemble(&geometry, &packs, &properties, &sections, &bonds);
-        let ratio = properties.contact.damping_ratio();
-        let sliding =
-            SlidingDamping::new(&laws, contact.as_ref(), ratio, &geometry, &packs, &assembly);
+        let sliding = SlidingDamping::new(&laws, contact.as_ref(), &properties, &geometry, &packs);
         let geometries = StageGeometry { now: &geometry, start: &geometry, packs: &packs };
         boundaries.add_tied(&geometry);
         boundaries.note_damping(geometries, &assembly);
@@ -319,6 +317,7 @@ impl Model {
             + self.in_situ.as_ref().map_or(0, InSitu::bytes)
             + self.ties.bytes()
             + self.assembly.bodies.bytes()
+            + self.sliding.bytes()
             + self.bonded_patches.len() * size_of::<BondedPatch>()
             + self.n_nonconforming_pairs() * size_of::<ContactPoint>()
     }

@@ -39,7 +39,7 @@ impl Snapshot<'_> {
             let (index, lane) = model.packs.slot(number);
             let pack = &model.packs.packs[index];
             if pack.rigid {
-                if !model.assembly.bodies.counts(&model.packs, index, lane) {
+                if !model.assembly.bodies.counts(index, lane) {
                     continue;
                 }
                 let pose = &poses[pack.rigid_start][lane];

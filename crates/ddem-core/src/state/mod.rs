@@ -213,9 +213,9 @@ impl State {
         model: &Model,
         change: impl Fn(&MassProperties, &mut Pose, [&mut [Vec3; 8]; 2]),
     ) {
-        for pack in model.packs.packs.iter().filter(|pack| pack.rigid) {
+        for (index, pack) in model.packs.packs.iter().enumerate().filter(|(_, pack)| pack.rigid) {
             for lane in 0..pack.filled {
-                if model.assembly.bodies.body(pack.rigid_start, lane).is_some() {
+                if model.assembly.bodies.body(index, lane).is_some() {
                     continue;
                 }
                 let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];

@@ -115,6 +115,13 @@ impl<'a> Context<'a> {
         self.view.sliding.get(pack).copied().filter(|&alpha| alpha != Lanes::ZERO)
     }
 
+    /// True if any deformable cell slides.
+    pub(super) fn slides_cells(&self) -> bool {
+        let cells = &self.model.sliding.cells;
+        let mut packs = self.view.sliding.iter().enumerate();
+        !cells.is_empty() && packs.any(|(pack, alpha)| *alpha != Lanes::ZERO && cells.has(pack))
+    }
+
     /// True if no pair can fail, no blocks can meet and no energies are requested. Then a pack
     /// needs nothing from packs that come after it but their positions.
     pub(super) fn is_unbreakable(&self) -> bool {

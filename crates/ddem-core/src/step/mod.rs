@@ -18,6 +18,7 @@ mod rigid;
 mod rigid_modes;
 pub(crate) mod scratch;
 mod sliding;
+mod sliding_cells;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -29,6 +30,7 @@ use fearless_simd::{Simd, dispatch};
 use fearless_simd_macros::simd;
 
 use crate::force::neighbour_forces::NeighbourForces;
+use crate::model::Model;
 use crate::state::State;
 use crate::state::profile::Phase;
 use crate::step::scratch::{
@@ -49,6 +51,7 @@ pub(crate) use driving::apply_support_displacements;
 pub(crate) use first::{FirstPass, forces, input, internal_forces};
 pub(crate) use relaxing::advance_relaxing;
 pub(crate) use rigid::{Poses, present, set_corner_velocities};
+use sliding_cells::PartMoments;
 
 /// Forces on a pack from others: those of the joints at its lower sides, of contacts, and of the other
 /// parts of rigid bodies.
@@ -59,6 +62,8 @@ struct ForcesOfOthers<'a> {
     bodies: &'a [BodyStep],
     /// Sums of the complete forces on tied nodes; empty without ties.
     tied: &'a [[f64; 3]],
+    /// Rigid motions of the sliding cells.
+    cells: &'a [SpatialVector],
 }
 
 /// Fields of the second pass, of a run of packs.
@@ -128,6 +133,9 @@ fn second_pass(
         });
         scratch.step_bodies(context, motions.poses.get());
         scratch.sum_ties(context.model);
+        if context.slides_cells() {
+            damp_cells(context, &motions, contacts, scratch);
+        }
     } else {
         // Those of bodies that have been removed.
         scratch.bodies.clear();
@@ -140,6 +148,25 @@ fn second_pass(
     sums
 }
 
+/// Damps the deformation of the sliding cells, under complete forces.
+fn damp_cells(
+    context: Context<'_>,
+    motions: &StateMotion<'_>,
+    contacts: &Contacts,
+    scratch: &mut Scratch,
+) {
+    let level = scratch.level;
+    scratch.moments.resize(context.model.packs.packs.len(), PartMoments::default());
+    spread_second(context, motions.read(), contacts, scratch, &|others, run, fields| {
+        dispatch!(level, simd => run_cells::<_, false>(simd, context, others, run, fields));
+    });
+    sliding_cells::find_motions(context, &scratch.moments, &mut scratch.cell_motions);
+    spread_second(context, motions.read(), contacts, scratch, &|others, run, fields| {
+        dispatch!(level, simd => run_cells::<_, true>(simd, context, others, run, fields));
+    });
+    scratch.sum_ties(context.model);
+}
+
 /// Calls `op` with the runs of packs and their fields of the second pass.
 fn spread_second(
     context: Context<'_>,
@@ -148,10 +175,10 @@ fn spread_second(
     scratch: &mut Scratch,
     op: &(impl Fn(ForcesOfOthers<'_>, Range<usize>, &mut SecondPassFields<'_>) + Sync),
 ) {
-    let StepFields { forces, on_neighbours, second, bodies, tied, runs, .. } =
+    let StepFields { forces, on_neighbours, second, bodies, tied, cells, runs, .. } =
         scratch.second(context.view, context.has_viscous(), motions, &mut []);
     let joints = NeighbourForces::all(on_neighbours);
-    let others = ForcesOfOthers { joints, contacts, bodies, tied };
+    let others = ForcesOfOthers { joints, contacts, bodies, tied, cells };
     let fields = (forces, second);
     spread(&context.model.packs, runs, fields, &|run, mut fields: SecondPassFields<'_>| {
         op(others, run, &mut fields);
@@ -176,6 +203,27 @@ fn run_collect<S: Simd>(
         nodes::add_loads(simd, &pack, &mut part);
         if pack.is_rigid() {
             rigid::sum_forces(simd, &pack, &mut part);
+        }
+    }
+}
+
+/// Finds the moments of the sliding cells in some packs, or `DAMPS` their deformation.
+#[simd]
+fn run_cells<S: Simd, const DAMPS: bool>(
+    simd: S,
+    context: Context<'_>,
+    others: ForcesOfOthers<'_>,
+    run: Range<usize>,
+    (forces, second): &mut SecondPassFields<'_>,
+) {
+    let Model { packs, sliding, .. } = context.model;
+    let slides = |&index: &usize| sliding.cells.has(index) && context.slides(index).is_some();
+    for index in run.filter(slides) {
+        let pack = PackContext::new(context, index);
+        let mut part = second.pack(forces, packs, index, true);
+        match DAMPS {
+            true => sliding_cells::damp(simd, &pack, others, &mut part),
+            false => sliding_cells::find_moments(simd, &pack, others, &mut part),
         }
     }
 }

@@ -34,7 +34,7 @@ impl<'a> PackContext<'a> {
 
     /// Body of several blocks that the block in a lane is a part of.
     fn body(&self, lane: usize) -> Option<usize> {
-        self.step.model.assembly.bodies.body(self.pack.rigid_start, lane)
+        self.step.model.assembly.bodies.body(self.index, lane)
     }
 
     /// Arms of the corners of its rigid blocks.
@@ -264,8 +264,7 @@ pub(super) fn advance<S: Simd>(
             Some(body) => bodies[body].step,
             None => step_of(pack, &member, wrenches[lane]),
         };
-        let model = pack.step.model;
-        if model.assembly.bodies.counts(&model.packs, pack.index, lane) {
+        if pack.step.model.assembly.bodies.counts(pack.index, lane) {
             sums.kinetic += rigid_step.kinetic;
             sums.power += rigid_step.power;
             sums.change += rigid_step.change;
@@ -351,7 +350,7 @@ pub(super) fn follow_bodies<S: Simd>(
     let pack = &model.packs.packs[index];
     let mut moved = false;
     for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
-        let Some(body) = model.assembly.bodies.body(pack.rigid_start, lane) else { continue };
+        let Some(body) = model.assembly.bodies.body(index, lane) else { continue };
         (*pose, moved) = (next[body], true);
     }
     if moved {
@@ -374,7 +373,7 @@ pub(super) fn follow_corners<S: Simd>(
     let pack = &model.packs.packs[index];
     let mut moved = false;
     for (lane, pose) in poses.iter_mut().enumerate().take(pack.filled) {
-        if model.assembly.bodies.body(pack.rigid_start, lane).is_some() {
+        if model.assembly.bodies.body(index, lane).is_some() {
             continue;
         }
         let mass_properties = &model.assembly.rigid[pack.rigid_start][lane];

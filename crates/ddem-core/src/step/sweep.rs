@@ -90,7 +90,7 @@ pub(super) fn sweep(
     spread(packs, &runs, fields, &|run, fields: SweepFields<'_, '_>| {
         let Some(slab) = slab_of(&run) else { return };
         let joints = NeighbourForces { first: run.start, forces: &[], others: &edges };
-        let others = ForcesOfOthers { joints, contacts, bodies: &[], tied: &[] };
+        let others = ForcesOfOthers { joints, contacts, bodies: &[], tied: &[], cells: &[] };
         dispatch!(level, simd => run_sweep(simd, context, slab, others, fields));
     });
     let totals = (StepSums::total(&scratch.sums), LossSums::from_iter(&scratch.losses).total());

@@ -340,13 +340,13 @@ impl XorShift {
 pub(super) fn start(model: &Model, n: usize) -> Vec<Lanes> {
     let mut q = vec![Lanes::ZERO; n];
     let square = over_packs(model, [&mut q], |pack, _, [q]| {
-        let Pack { rigid, filled, rigid_start, .. } = model.packs.packs[pack];
+        let Pack { rigid, filled, .. } = model.packs.packs[pack];
         let mut random = XorShift(0x9E37_79B9_7F4A_7C15_u64.wrapping_mul(2 * pack as u64 + 1));
         let mut own = 0.0;
         for q in q.iter_mut().take(if rigid { 6 } else { usize::MAX }) {
             for lane in 0..filled {
                 let x = random.next();
-                if rigid && model.assembly.bodies.body(rigid_start, lane).is_some() {
+                if rigid && model.assembly.bodies.body(pack, lane).is_some() {
                     continue;
                 }
                 q.0[lane] = x;

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use ddem_core::law::MohrCoulomb;
-use ddem_core::{FIELDS, Field, FieldLocation, Limiter, PairAtRest, Simulation};
+use ddem_core::problem::Vec3;
+use ddem_core::{Damping, FIELDS, Field, FieldLocation, Limiter, PairAtRest, Simulation, TimeStep};
 use ddem_cut::{CommonFace, PlaneSource};
 use ddem_deck::BlockMode;
 
@@ -267,4 +268,69 @@ where = { z = [0, 1] }
         ]
         .join("\n\n")
     );
+}
+
+/// What an excavation has cut off from a block falls freely, while the rest slides and is damped.
+#[test]
+fn separated_parts_of_a_block_move_apart() {
+    let text = "
+[model]
+gravity = [2, 0, -10]
+[materials.granite]
+density = 2700.0
+young = 5e9
+poisson = 0.25
+[contact]
+friction = 1.0
+[[region]]
+name = 'slab'
+box = { from = [0, 0, 0], to = [3, 1, 1] }
+material = 'granite'
+[[region]]
+name = 'base'
+box = { from = [-1, 0, -1], to = [1, 1, 0] }
+material = 'granite'
+body = 'rigid'
+[[cut]]
+plane = { dip = 90, dip_direction = 90, through = [1, 0.5, 0.5] }
+where = { z = [0.0, 1.0] }
+join = true
+[[cut]]
+plane = { dip = 90, dip_direction = 90, through = [2, 0.5, 0.5] }
+where = { z = [0.0, 1.0] }
+join = true
+[[fix]]
+where = { set = 'base' }
+axes = 'xyz'
+[[remove]]
+where = { x = [1.1, 1.9] }
+from = 'fall'
+[[stage]]
+name = 'rest'
+kind = 'dynamic'
+duration = 0.001
+[[stage]]
+name = 'fall'
+kind = 'dynamic'
+duration = 0.05
+";
+    let mut simulation = Simulation::new(built(text).model());
+    assert_eq!(simulation.model().n_whole_blocks(), 2);
+    simulation.enter(1).unwrap();
+    let steps = simulation.start(Damping::None, TimeStep::Auto, Some(0.05)).unwrap();
+    (0..steps).for_each(|_| simulation.step().unwrap());
+    let (velocities, model) = (simulation.velocities(), simulation.model());
+    let speed = |from: f64| {
+        let own = (0..model.n_nodes())
+            .filter(|&node| (from..=from + 1.0).contains(&model.point(node)[0]));
+        let nodes: Vec<_> = own.filter(|&node| model.point(node)[2] > 0.1).collect();
+        let mass: f64 = nodes.iter().map(|&node| model.mass(node)).sum();
+        let momentum = nodes.iter().map(|&node| Vec3::from(velocities[node]) * model.mass(node));
+        momentum.sum::<Vec3>() / mass
+    };
+    let falls = speed(2.0) / simulation.time();
+    assert!((falls - Vec3::new(2.0, 0.0, -10.0)).norm() < 1e-6, "{falls}");
+    let slides = speed(0.0) / simulation.time();
+    let exact = 2.0 - 10.0 * 1_f64.to_radians().tan();
+    assert!((slides.x / exact - 1.0).abs() < 0.01, "{slides}");
 }

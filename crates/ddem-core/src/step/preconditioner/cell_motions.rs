@@ -5,8 +5,6 @@
 //! inverse masses, with its six rigid motions R at its present place and the stiffness S of its joints,
 //! contacts and held nodes against them.
 
-use std::collections::BTreeMap;
-
 use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 use nalgebra::Matrix3;
@@ -23,23 +21,16 @@ use ddem_mechanics::math::lanes::{LANES, Lanes, add, cross, load, load_at, scale
 use ddem_mechanics::rigid::{SpatialLanes, SpatialVector};
 use ddem_mesh::pack::Packs;
 use ddem_mesh::parallel::{each_pack, node_start};
-use ddem_mesh::{BodyPart, Vec3};
+use ddem_mesh::{BodyPart, CellBodies, Vec3};
 
 /// Number of cells that one thread takes at a time.
 const TOGETHER: usize = 64;
-/// Marker for a lane without a deformable cell.
-const NO_CELL: u32 = u32::MAX;
 
 /// Deformable cells of a model as rigid bodies.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CellMotions {
-    /// Parts, cell after cell.
-    parts: Vec<BodyPart>,
-    /// First part of each cell, shape `(cells + 1)`.
-    starts: Vec<u32>,
+    bodies: CellBodies,
     cells: Vec<CellMass>,
-    /// Cell of each lane of each pack; empty without cells.
-    of_pack: Vec<[u32; LANES]>,
     /// Vectors from the centre of its cell to each node at rest `[m]`; equal for tied nodes.
     arms: Vec<Lanes>,
     /// Forces and displacements of the parts.
@@ -72,34 +63,21 @@ impl CellMotions {
     /// Motions of the deformable cells of a model.
     pub(super) fn new(around: MassContext<'_>) -> Self {
         let model = around.model;
-        let cells = deformable_cells(model);
-        if cells.is_empty() {
+        let bodies = CellBodies::deformable(&model.geometry, &model.packs, &model.properties);
+        if bodies.is_empty() {
             return Self::default();
         }
-        let packs = model.packs.packs.len();
+        let patches = patches_of(model, &bodies);
         let mut motions = Self {
-            starts: vec![0],
-            of_pack: vec![[NO_CELL; LANES]; packs],
-            of_parts: vec![PartSums::default(); packs],
+            of_parts: vec![PartSums::default(); model.packs.packs.len()],
             arms: vec![Lanes::ZERO; 3 * model.packs.nodes],
-            motions: vec![CellMotion::default(); cells.len()],
-            ..Self::default()
+            motions: vec![CellMotion::default(); bodies.len()],
+            bodies,
+            cells: Vec::new(),
         };
-        for (cell, parts) in cells.into_iter().enumerate() {
-            for &BodyPart { pack, lane, .. } in &parts {
-                motions.of_pack[pack][lane] = cell as u32;
-            }
-            motions.parts.extend(parts);
-            motions.starts.push(motions.parts.len() as u32);
-        }
-        let cell = |pack: usize, lane: usize| {
-            let cell = motions.of_pack[pack][lane];
-            (cell != NO_CELL).then_some(cell)
-        };
-        let patches = patches_of(model, motions.len(), &cell);
         let contacts = contact_bounds(model, around.contact_masses);
         let mass = |(cell, patches): (usize, &Vec<BodyPatch>)| {
-            let nodes = CellNode::all(model, motions.parts(cell));
+            let nodes = CellNode::all(model, motions.bodies.parts(cell));
             let mass = CellMass::new(around, &nodes, patches, &contacts);
             (nodes, mass)
         };
@@ -116,7 +94,7 @@ impl CellMotions {
 
     /// Number of cells.
     pub(super) fn len(&self) -> usize {
-        self.starts.len().saturating_sub(1)
+        self.bodies.len()
     }
 
     /// True without deformable cells.
@@ -136,11 +114,6 @@ impl CellMotions {
         })
     }
 
-    /// Parts of a cell.
-    fn parts(&self, cell: usize) -> &[BodyPart] {
-        &self.parts[self.starts[cell] as usize..self.starts[cell + 1] as usize]
-    }
-
     pub(super) fn scale(&mut self, factor: f64) {
         self.cells.iter_mut().for_each(|cell| cell.inverse *= factor);
     }
@@ -158,10 +131,10 @@ impl CellMotions {
         if self.cells.is_empty() {
             return Vec::new();
         }
-        let Self { of_pack, of_parts, arms, .. } = &mut *self;
+        let Self { bodies, of_parts, arms, .. } = &mut *self;
         let packs = &model.packs;
         each_pack(packs, [], of_parts, |index, [], sums| {
-            if of_pack[index] == [NO_CELL; LANES] {
+            if !bodies.has(index) {
                 return;
             }
             let class = masses.of(index);
@@ -174,7 +147,7 @@ impl CellMotions {
         let this = &*self;
         let of_cell = |cell: usize| {
             let (mut wrench, mut before) = (SpatialVector::default(), Vec3::zeros());
-            for &BodyPart { pack, lane, .. } in this.parts(cell) {
+            for &BodyPart { pack, lane, .. } in this.bodies.parts(cell) {
                 let sums = &this.of_parts[pack];
                 let own = sums.wrench.of(lane);
                 wrench.linear += own.linear;
@@ -186,7 +159,7 @@ impl CellMotions {
             wrench.angular -= before.cross(&wrench.linear);
             let turning = rotated.filter(|_| !mass.is_held());
             let turn = turning.map_or_else(Matrix3::identity, |(_, frames)| {
-                let BodyPart { pack, lane, .. } = this.parts(cell)[0];
+                let BodyPart { pack, lane, .. } = this.bodies.parts(cell)[0];
                 Matrix3::from_fn(|row, c| frames[pack].rotation[row][c].0[lane])
             });
             (wrench, CellMotion { before, motion: mass.motion(&turn, &wrench) })
@@ -216,14 +189,14 @@ impl CellMotions {
         u: Option<&[Lanes]>,
         out: &mut [Lanes],
     ) {
-        let Some(cells) = self.of_pack.get(index).filter(|cells| **cells != [NO_CELL; LANES])
-        else {
+        if !self.bodies.has(index) {
             return;
-        };
+        }
         let start = node_start(packs, index);
         let [mut linear, mut angular] = [[Lanes::ZERO; 3]; 2];
-        for (lane, &cell) in cells.iter().enumerate().filter(|(_, cell)| **cell != NO_CELL) {
-            let CellMotion { before, motion } = &self.motions[cell as usize];
+        for lane in 0..LANES {
+            let Some(cell) = self.bodies.body(index, lane) else { continue };
+            let CellMotion { before, motion } = &self.motions[cell];
             let at_rest = motion.linear - motion.angular.cross(before);
             for c in 0..3 {
                 linear[c].0[lane] = at_rest[c];
@@ -240,21 +213,6 @@ impl CellMotions {
             store_at(out, 3 * node, add(load_at(simd, out, 3 * node), moved));
         }
     }
-}
-
-/// Parts of each deformable cell. Cells that are joined count as one.
-fn deformable_cells(model: &Model) -> Vec<Vec<BodyPart>> {
-    let mut parts: BTreeMap<u32, Vec<BodyPart>> = BTreeMap::new();
-    for (pack, own) in model.packs.packs.iter().enumerate().filter(|(_, pack)| !pack.rigid) {
-        for (lane, block) in own.blocks.iter().enumerate().take(own.filled) {
-            let block = *block as usize;
-            let part = model.geometry.part(block);
-            if let Some(part) = part.filter(|_| !model.geometry.is_removed(block)) {
-                parts.entry(part.block).or_default().push(BodyPart { block, pack, lane });
-            }
-        }
-    }
-    parts.into_values().collect()
 }
 
 /// Sums of forces and displacements over the nodes of the parts of a pack.

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::smooth::{SmoothBody, SmoothMotions, smooth_bodies};
-use super::springs::{joins_cells, patches_of_bodies};
+use super::springs::{joins_cells, patches_of};
 use super::{ContactMasses, MassContext, Preconditioner};
 use crate::model::Model;
 use ddem_joint::contact::bounds_at_nodes;
@@ -34,7 +34,7 @@ impl Preconditioner {
             contact_model: model.contact.as_ref(),
             contact_masses: &contact_masses,
         };
-        let patches = patches_of_bodies(model);
+        let patches = patches_of(model, &model.assembly.bodies);
         for (body, patches) in patches.iter().enumerate() {
             if is_more(self.rigid.parts(model, body)[0].block) {
                 self.springs[body] = self.rigid.renew(around, body, patches, self.factor);

@@ -43,7 +43,7 @@ pub(crate) use contact_masses::ContactMasses;
 use rigid::RigidMasses;
 use rows::{InverseMassRows, NodeMasses, Partner};
 use smooth::SmoothMotions;
-use springs::{SpringSum, patches_of_bodies};
+use springs::{SpringSum, patches_of};
 pub(crate) use turning::has_rotated;
 
 /// State of a running relaxation.
@@ -126,7 +126,7 @@ impl Preconditioner {
         let beside = packs.into_par_iter().map(|pack| beside(model, pack)).collect();
         let mut preconditioner = Self { beside, factor: 1.0, ..Self::default() };
         preconditioner.nodes = NodeMasses::new(around, stop)?;
-        let patches = patches_of_bodies(model);
+        let patches = patches_of(model, &model.assembly.bodies);
         (preconditioner.rigid, preconditioner.springs) = RigidMasses::new(around, &patches);
         preconditioner.bonds = BondSprings::new(model, &preconditioner.rigid, &patches);
         preconditioner.cells = CellMotions::new(around);

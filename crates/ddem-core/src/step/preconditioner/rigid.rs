@@ -65,7 +65,7 @@ impl RigidMasses {
                 if model.geometry.is_removed(block) {
                     continue;
                 }
-                let body = several.body(pack.rigid_start, lane).unwrap_or_else(|| {
+                let body = several.body(number, lane).unwrap_or_else(|| {
                     masses.blocks.push(BodyPart { block, pack: number, lane });
                     several.len() + masses.blocks.len() - 1
                 });

@@ -9,7 +9,7 @@ use crate::model::Model;
 use ddem_joint::contact::{ContactBlock, ContactSurfaces, Patch};
 use ddem_mechanics::collide::FaceId;
 use ddem_mechanics::law::SpringStiffness;
-use ddem_mesh::{BodyPart, Vec3};
+use ddem_mesh::{BodyPart, CellBodies, Vec3};
 
 /// Nonconforming joint of a cell.
 #[derive(Clone, Copy, Debug)]
@@ -179,25 +179,10 @@ pub(super) fn per_area(patch: &Patch) -> Matrix3<f64> {
     patch.surface.stiffness.matrix(&patch.axes[0])
 }
 
-/// Nonconforming joints of each rigid cell.
-pub(super) fn patches_of_bodies(model: &Model) -> Vec<Vec<BodyPatch>> {
-    let bodies = &model.assembly.bodies;
-    let body = |pack: usize, lane: usize| {
-        let pack = &model.packs.packs[pack];
-        let body = pack.rigid.then(|| bodies.body(pack.rigid_start, lane)).flatten();
-        body.map(|body| body as u32)
-    };
-    patches_of(model, bodies.len(), &body)
-}
-
-/// Nonconforming joints of each of some cells, whose number `cell` gives for a pack and lane.
-pub(super) fn patches_of(
-    model: &Model,
-    cells: usize,
-    cell: &dyn Fn(usize, usize) -> Option<u32>,
-) -> Vec<Vec<BodyPatch>> {
-    let mut patches = vec![Vec::new(); cells];
-    if cells == 0 {
+/// Nonconforming joints of each of some cells.
+pub(super) fn patches_of(model: &Model, cells: &CellBodies) -> Vec<Vec<BodyPatch>> {
+    let mut patches = vec![Vec::new(); cells.len()];
+    if cells.is_empty() {
         return patches;
     }
     for (number, joint) in model.bonded_patches.iter().enumerate() {
@@ -208,7 +193,7 @@ pub(super) fn patches_of(
         let joins_cells = joins_cells(model, blocks);
         let both = blocks.map(|block| {
             let (pack, lane) = model.packs.slot(block);
-            cell(pack, lane)
+            cells.body(pack, lane).map(|cell| cell as u32)
         });
         for side in 0..2 {
             if let Some(own) = both[side] {

@@ -6,6 +6,7 @@ use super::TaskWorkspaces;
 use crate::model::boundary::ActiveBoundaries;
 use crate::model::conditions::ActiveConditions;
 use crate::state::pass::{Output, Workspace};
+use crate::step::PartMoments;
 use ddem_joint::broken::{BrokenLattices, prefetch};
 use ddem_joint::losses::Losses;
 use ddem_mechanics::element::corotation::Frame;
@@ -121,6 +122,8 @@ pub(crate) struct SecondPass<'a> {
     pub(super) boundaries: &'a ActiveBoundaries,
     pub(crate) blocks: BlockMotion<'a>,
     pub(super) sums: &'a mut [StepSums],
+    /// Moments of sliding cells; empty if none has slid.
+    pub(super) moments: &'a mut [PartMoments],
     pub(super) reactions: &'a mut [f64],
     pub(super) dashpot_forces: &'a mut [[f64; 3]],
 }
@@ -133,6 +136,8 @@ pub(crate) struct PackFields<'a> {
     pub(crate) viscous: &'a mut [Lanes],
     pub(crate) wrench: &'a mut SpatialLanes,
     pub(crate) sums: &'a mut StepSums,
+    /// Moments of its sliding cells, if any has slid.
+    pub(crate) moments: Option<&'a mut PartMoments>,
     pub(crate) reactions: &'a mut [f64],
     /// Forces of the boundary dashpots.
     pub(crate) dashpot_forces: &'a mut [[f64; 3]],
@@ -244,6 +249,7 @@ impl SecondPass<'_> {
             f: &mut forces.f[nodes],
             wrench: &mut forces.wrenches[index - forces.first],
             sums: &mut self.sums[index - first],
+            moments: self.moments.get_mut(index - first),
             reactions: &mut self.reactions[supports],
             dashpot_forces: &mut self.dashpot_forces[dashpot_forces],
             loaded: false,
@@ -341,6 +347,7 @@ impl Split for SecondPass<'_> {
             boundaries,
             blocks,
             sums: cut(&mut self.sums, at - first),
+            moments: cut(&mut self.moments, at - first),
             reactions: cut(&mut self.reactions, supports),
             dashpot_forces: cut(
                 &mut self.dashpot_forces,

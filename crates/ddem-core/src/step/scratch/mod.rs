@@ -14,11 +14,11 @@ use crate::state::State;
 use crate::state::pass::Workspace;
 use crate::state::profile::{Clock, Profiler, SpanStart, Stopwatch};
 use crate::state::view::StageView;
-use crate::step::Context;
 use crate::step::bodies::{self, BodyStep};
 use crate::step::first::FirstPassFields;
 use crate::step::frames::{fit_pack, frame_of};
 use crate::step::sweep::{Slab, slab_count, slabs};
+use crate::step::{Context, PartMoments};
 use ddem_joint::broken::{BrokenJoints, BrokenLattices};
 use ddem_joint::contact::Contacts;
 use ddem_joint::losses::Losses;
@@ -26,7 +26,7 @@ use ddem_mechanics::element::corotation::Frame;
 use ddem_mechanics::math::exact::sum;
 use ddem_mechanics::math::lanes::{LANES, Lanes, load};
 use ddem_mechanics::math::sums::StepSums;
-use ddem_mechanics::rigid::{Pose, SpatialLanes};
+use ddem_mechanics::rigid::{Pose, SpatialLanes, SpatialVector};
 use ddem_mesh::parallel::{each_pack, node_start, runs};
 
 use fields::BlockMotion;
@@ -63,6 +63,10 @@ pub(crate) struct Scratch {
     pub(crate) sums: Vec<StepSums>,
     /// Steps of the rigid bodies of several blocks.
     pub(super) bodies: Vec<BodyStep>,
+    /// Moments of the sliding cells in each pack, and rigid motions of these cells; empty if none has
+    /// slid.
+    pub(super) moments: Vec<PartMoments>,
+    pub(super) cell_motions: Vec<SpatialVector>,
     /// Reactions of the active supports `[N]`.
     pub(crate) reactions: Vec<f64>,
     /// Forces of the boundary dashpots `[N]`.
@@ -107,6 +111,8 @@ pub(super) struct StepFields<'a> {
     pub(super) bodies: &'a [BodyStep],
     /// Sums of the forces on tied nodes `[N]`; empty without ties.
     pub(super) tied: &'a [[f64; 3]],
+    /// Rigid motions of the sliding cells.
+    pub(super) cells: &'a [SpatialVector],
     /// Runs of packs, one task each.
     pub(super) runs: &'a [Range<usize>],
 }
@@ -150,6 +156,8 @@ impl Scratch {
             measured_contacts: Contacts::default(),
             sums: vec![StepSums::default(); n],
             bodies: Vec::new(),
+            moments: Vec::new(),
+            cell_motions: Vec::new(),
             reactions: Vec::new(),
             dashpot_forces: Vec::new(),
             workspaces: runs.iter().map(|_| TaskWorkspaces::default()).collect(),
@@ -170,6 +178,8 @@ impl Scratch {
             + 8 * self.wrenches.len();
         lanes * size_of::<Lanes>()
             + size_of_val(&self.tied[..])
+            + size_of_val(&self.moments[..])
+            + size_of_val(&self.cell_motions[..])
             + self.frames.len() * size_of::<Frame>()
             + self.sums.len() * (size_of::<StepSums>() + size_of::<Losses>())
             + self.measured_joints.bytes()
@@ -349,14 +359,15 @@ impl Scratch {
             boundaries,
             blocks: BlockMotion { frames, u, v, poses },
             sums: &mut self.sums,
+            moments: &mut self.moments,
             reactions: &mut self.reactions,
             dashpot_forces: &mut self.dashpot_forces,
         };
         let losses = &mut self.losses;
         let joints = PackJoints { first: 0, energies: &mut [], broken_joints, losses };
         let (on_neighbours, runs) = (&mut self.neighbour_forces, &self.runs);
-        let (bodies, tied) = (&self.bodies[..], &self.tied[..]);
-        StepFields { forces, joints, on_neighbours, second, bodies, tied, runs }
+        let (bodies, tied, cells) = (&self.bodies[..], &self.tied[..], &self.cell_motions[..]);
+        StepFields { forces, joints, on_neighbours, second, bodies, tied, cells, runs }
     }
 
     /// Borrows the data for the second pass of relaxation; the forces are complete and only read.
