@@ -36,7 +36,7 @@ impl Model {
         let fails = |joint: &BondedPatch| {
             self.stages.any(|at| broken_joints(at.joint_of(joint.patch.blocks)))
         };
-        let others = self.bonded_patches.iter().filter(|joint| fails(joint));
+        let others = self.nonconforming_joints().filter(|joint| fails(joint));
         let others = [self.whole_joints(fails), others.map(|joint| joint.patch.points.len()).sum()];
         let breakable = matching.filter(|(broken_joints, _)| *broken_joints);
         breakable.fold(others, |[joints, pairs], (_, more)| [joints + 1, pairs + more])
@@ -85,7 +85,7 @@ impl Model {
         }
     }
 
-    /// Number of the joint that has a pair; the number of joints if there is no such pair.
+    /// Number of the joint that has a pair; the end of [`joints`](Self::joints) if there is no such pair.
     pub(crate) fn joint_of(&self, pair: usize) -> usize {
         let matching = self.faces.partition_point(|face| face.end() <= pair);
         matching + self.bonded_patches.partition_point(|joint| joint.pairs().end <= pair)

@@ -8,7 +8,7 @@ pub struct Energy {
     /// Kinetic energy, `½ v⁻ m v⁺` of the half steps before and after; `½ v m v` at the start of a
     /// stage.
     pub kinetic: f64,
-    /// Strain energy of the blocks.
+    /// Strain energy of the blocks, whole rock between cells included.
     pub strain_bodies: f64,
     /// Strain energy of the joints.
     pub strain_joints: f64,

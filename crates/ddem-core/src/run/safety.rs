@@ -123,7 +123,7 @@ impl Simulation {
     ) -> Result<Safety, RunError> {
         let joints = &self.model.properties.joints;
         let broken_joints = |name: &str| {
-            let joint = joints.iter().find(|joint| joint.name == name)?;
+            let joint = joints.iter().find(|joint| joint.name == name && !joint.is_whole_rock())?;
             Some(joint.law.is_some())
         };
         let faults = search.check(&broken_joints);

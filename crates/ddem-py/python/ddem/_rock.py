@@ -76,7 +76,7 @@ def plot_blocks(
     view, cmap, clim, opacity, label, background, window_size, screenshot, html, show : optional
         As in :func:`plot`. The colours of factors end at 2, unless `clim` is given.
     edges : bool, optional
-        If True, draw the edges of the blocks.
+        If True, draw the edges of the blocks. A joint that ends inside a block has none.
 
     Returns
     -------

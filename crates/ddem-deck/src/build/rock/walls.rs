@@ -3,6 +3,7 @@
 use ddem_core::problem::{BlockFace, Geometry, NONE, Stages};
 
 use super::blocks::RockBlocks;
+use crate::schema::SmallKind;
 
 /// Faces of cells beside cells that are removed at the start or in a stage.
 #[derive(Clone, Debug, Default)]
@@ -25,6 +26,10 @@ impl RockBlocks<'_> {
                 false => self.first[other] as u32,
             };
             let is_removed = |geometry: &Geometry| geometry.is_removed(block as usize);
+            // Cells that are too thin leave no hole.
+            if self.rock.treatment(other) == Some(SmallKind::Removed) {
+                continue;
+            }
             let goes = block == NONE || last.is_some_and(|last| is_removed(last));
             if goes && !self.parts[own].is_empty() {
                 beyond.push(([own as u32, face.faces[side]], block));
