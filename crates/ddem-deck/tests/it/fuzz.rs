@@ -28,17 +28,17 @@ const BASES: [&str; 6] = [
 ];
 
 /// Sequence of random choices (xorshift).
-struct Choices(u64);
+pub(crate) struct Choices(pub(crate) u64);
 
 impl Choices {
-    fn below(&mut self, n: usize) -> usize {
+    pub(crate) fn below(&mut self, n: usize) -> usize {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
         (self.0 >> 11) as usize % n.max(1)
     }
 
-    fn one<'a, T>(&mut self, of: &'a [T]) -> &'a T {
+    pub(crate) fn one<'a, T>(&mut self, of: &'a [T]) -> &'a T {
         &of[self.below(of.len())]
     }
 
@@ -153,22 +153,24 @@ impl Choices {
     }
 }
 
-/// Does all that `--check` does with a deck.
-fn use_deck(deck: &Deck) {
+/// Does all that `--check` does with a deck. Returns true if it can be built.
+pub(crate) fn use_deck(deck: &Deck) -> bool {
     let text = ddem_deck::write(deck);
     if let Ok(text) = &text {
         let _ = ddem_deck::parse_alone(text, "written.toml");
     }
     if !ddem_deck::check(deck).is_empty() || Size::of(deck).bytes > MOST_BYTES {
-        return;
+        return false;
     }
-    let Ok(built) = BuiltDeck::new(deck) else { return };
+    let Ok(built) = BuiltDeck::new(deck) else { return false };
     let model = built.model();
     let _ = (built.warnings(&model), built.interfaces(), built.selections());
+    true
 }
 
-/// Tries inputs that `attempt` makes of a seed and uses; it returns a text that describes them.
-fn try_all(attempt: impl Fn(u64, &mut String)) {
+/// Tries inputs that `attempt` makes of a seed and uses; it sets a text that describes them. Returns the number
+/// of tries.
+pub(crate) fn try_all(attempt: impl Fn(u64, &mut String)) -> u64 {
     let seconds = std::env::var("DDEM_FUZZ").ok().map(|seconds| seconds.parse().unwrap());
     let (start, mut slowest) = (Instant::now(), Duration::ZERO);
     let mut tries = 0;
@@ -183,6 +185,7 @@ fn try_all(attempt: impl Fn(u64, &mut String)) {
         tries += 1;
     }
     println!("{tries} tries, the slowest in {slowest:?}");
+    tries
 }
 
 #[test]
@@ -197,7 +200,7 @@ fn changed_decks_never_panic() {
         }
         *text = table.to_string();
         if let Ok(deck) = ddem_deck::from_table(&table) {
-            use_deck(&deck);
+            let _ = use_deck(&deck);
         }
         // The same as a text, with a report that shows it.
         if let Err(error) = ddem_deck::parse_alone(text, "deck.toml") {
@@ -289,7 +292,7 @@ fn changed_files_never_panic() {
         let deck = folder.path().join("deck.toml");
         std::fs::write(&deck, deck_of(name)).unwrap();
         match ddem_deck::read(&deck) {
-            Ok((deck, _)) => use_deck(&deck),
+            Ok((deck, _)) => drop(use_deck(&deck)),
             Err(error) => assert!(!error.report(false).is_empty()),
         }
     });

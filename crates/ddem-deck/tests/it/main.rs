@@ -10,6 +10,7 @@ mod errors;
 mod file_messages;
 mod files;
 mod fuzz;
+mod generated;
 mod good_decks;
 mod keys;
 mod lint;
