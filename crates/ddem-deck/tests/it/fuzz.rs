@@ -248,7 +248,8 @@ fn files() -> [(&'static str, Vec<u8>); 8] {
     ]
 }
 
-const ROCK: &str = "
+/// A material and a joint.
+pub(crate) const ROCK: &str = "
 [materials.rock]
 density = 2400
 young = 18e9

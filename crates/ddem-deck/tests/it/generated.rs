@@ -1,4 +1,4 @@
-//! Decks that the schema generates: each is read or refused, without a panic, in bounded time.
+//! Decks that the schema generates: each is read, and built or refused, without a panic, in bounded time.
 
 use std::cell::Cell;
 
@@ -6,22 +6,15 @@ use ddem_deck::json_schema;
 use serde_json::Value as Form;
 use toml::{Table, Value};
 
-use crate::fuzz::{Choices, try_all, use_deck};
+use crate::fuzz::{Choices, ROCK, try_all, use_deck};
 
-/// A model to which sections are added, so that many of the decks can be built.
+/// Models to which sections are added, so that many of the decks can be built.
 const BASES: [&str; 2] = [
     "[[blocks]]\nname = 'set'\nsize = [4, 4, 4]\ncount = [2, 2, 2]\nmaterial = 'rock'\njoint = 'seam'\ndivisions = 1\n",
     "[[region]]\nname = 'set'\nbox = { from = [0, 0, 0], to = [4, 4, 4] }\nmaterial = 'rock'\njoint = 'seam'\n\
      [[cut]]\nname = 'cut'\njoint = 'seam'\nset = { dip = 30, dip_direction = 40, spacing = 3 }\n",
 ];
 const REST: &str = "
-[materials.rock]
-density = 2400
-young = 18e9
-poisson = 0.25
-[joints.seam]
-normal_stiffness = 1e10
-shear_stiffness = 1e10
 [[fix]]
 where = { z = 0.0 }
 axes = 'xyz'
@@ -125,22 +118,17 @@ impl Choices {
 #[test]
 fn generated_decks_never_panic() {
     let grammar = Grammar { schema: json_schema() };
-    let bases = BASES.map(|base| format!("{base}{REST}").parse::<Table>().unwrap());
-    let [read, built] = [Cell::new(0), Cell::new(0)];
+    let bases = BASES.map(|base| format!("{base}{ROCK}{REST}").parse::<Table>().unwrap());
+    let built = Cell::new(0);
     let tries = try_all(|seed, text| {
         let mut choices = Choices(seed);
         let mut table = choices.one(&bases).clone();
         grammar.add_sections(&mut choices, &mut table);
         *text = table.to_string();
-        match ddem_deck::parse_alone(text, "deck.toml") {
-            Ok((deck, _)) => {
-                read.set(read.get() + 1);
-                built.set(built.get() + u64::from(use_deck(&deck)));
-            }
-            // The schema knows every key.
-            Err(error) => assert!(!error.report(false).contains("[unknown-key]"), "{error}"),
-        }
+        // The reader takes what the schema allows.
+        let (deck, _) = ddem_deck::parse_alone(text, "deck.toml").unwrap();
+        built.set(built.get() + u64::from(use_deck(&deck)));
     });
-    println!("{} of {tries} are read, {} built", read.get(), built.get());
-    assert!(read.get() > tries / 4 && built.get() > tries / 20, "few of the decks are valid");
+    println!("{} of {tries} are built", built.get());
+    assert!(built.get() > tries / 20, "few of the decks are valid");
 }

@@ -270,7 +270,7 @@ where = { z = [0, 1] }
     );
 }
 
-/// What an excavation has cut off from a block falls freely, while the rest slides and is damped.
+/// Parts of a block that an excavation has cut off fall freely, while the rest slides and is damped.
 #[test]
 fn separated_parts_of_a_block_move_apart() {
     let text = "
