@@ -42,7 +42,8 @@ impl<'a> CriticalModel<'a> {
         let bonds = match contact_model {
             Some(contact) if model.has_cells() => {
                 let met = contact.search.then_some(&contact.surfaces);
-                bounds_at_nodes(&model.bonded_patches, met, &contact.blocks, geometry, &|_| true)
+                let (joints, all) = (&model.bonded_patches, |_| true);
+                bounds_at_nodes(joints, met, &contact.blocks, geometry, &all, &all)
             }
             _ => Vec::new(),
         };

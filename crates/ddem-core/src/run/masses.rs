@@ -29,7 +29,7 @@ impl Simulation {
         self.masses_for(self.contact_masses(progress), progress, stop)
     }
 
-    /// Adds contacts of more rigid cells to the masses. The largest eigenvalue is that of before.
+    /// Adds contacts of more cells to the masses. The largest eigenvalue is that of before.
     pub(super) fn add_contact_masses(
         &mut self,
         masses: &mut Preconditioner,
@@ -38,7 +38,7 @@ impl Simulation {
         let span = self.scratch.profiler.begin();
         let held = self.held();
         if masses.contact_masses.exist() {
-            masses.add_contacts(&self.model, &held, contact_masses);
+            masses.add_contacts(&self.model, &held, contact_masses)?;
         } else {
             let largest = masses.largest;
             *masses = Preconditioner::new(&self.model, &held, contact_masses, &|| false)?;

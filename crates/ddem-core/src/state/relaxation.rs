@@ -35,7 +35,7 @@ pub(crate) struct RelaxationProgress {
     pub(crate) is_smooth: bool,
     /// True if blocks have met in this relaxation between which smooth motions do not hold.
     pub(crate) has_met: bool,
-    /// Rigid cells that have been in contact in this relaxation, sorted.
+    /// Cells that have been in contact in this relaxation, sorted.
     pub(crate) contact_cells: Vec<u32>,
     /// True if blocks have rotated far, so that the masses rotate with them.
     pub(crate) has_rotated: bool,

@@ -53,11 +53,11 @@ fn deck(edge: f64, strength: &str) -> String {
 }
 
 /// The same of deformable cells, on joints of a normal stiffness in GPa/m.
-fn deformable(edge: f64, stiffness: f64) -> String {
+fn deformable(edge: f64, stiffness: f64, strength: &str) -> String {
     let springs =
         format!("normal_stiffness = {stiffness}e9\nshear_stiffness = {}e9\n", 0.4 * stiffness);
     let stiff = "normal_stiffness = 5e9\n        shear_stiffness = 2e9\n";
-    let deck = deck(edge, "").replace("body = 'rigid'", "");
+    let deck = deck(edge, strength).replace("body = 'rigid'", "");
     assert!(deck.contains(stiff));
     deck.replace(stiff, &springs)
 }
@@ -95,9 +95,9 @@ fn steps_hardly_grow_with_the_number_of_cells() {
 #[test]
 fn steps_of_deformable_cells_hardly_grow_with_their_number() {
     for stiffness in [1.0, 200.0] {
-        let (few_cells, few, at_rest) = steps(&deformable(3.0, stiffness));
-        assert_at_rest(&at_rest, &deformable(3.0, stiffness));
-        let (many_cells, many, _) = steps(&deformable(6.0, stiffness));
+        let (few_cells, few, at_rest) = steps(&deformable(3.0, stiffness, ""));
+        assert_at_rest(&at_rest, &deformable(3.0, stiffness, ""));
+        let (many_cells, many, _) = steps(&deformable(6.0, stiffness, ""));
         println!("{few_cells} and {many_cells} cells: {few} and {many} steps");
         // Eight times as many nodes.
         assert!(2 * many < 3 * few && few < 500, "{few} and {many} steps");
@@ -105,18 +105,81 @@ fn steps_of_deformable_cells_hardly_grow_with_their_number() {
 }
 
 /// Joints of friction fail, and contacts replace some of them from step to step. A run that continues
-/// computes the masses of all cells anew, one that goes on adds those of the cells that have met.
+/// computes the masses of all cells anew, one that goes on adds those of the cells that have met. Some
+/// cells are rigid, deformable, joined, or below rigid blocks.
 #[test]
 fn masses_of_cells_that_meet_are_those_of_a_resumed_run() {
     let roller = "[[fix]]\nwhere = { x = 4 }\naxes = 'x'\n";
-    let rigid = deck(4.0, "friction = 60.0").replace(roller, "");
-    assert!(assert_resumes(&rigid) > 0, "cells meet");
-    assert_resumes(&rigid.replace("body = 'rigid'", ""));
+    let soft = |friction: f64| deformable(4.0, 0.1, &format!("friction = {friction}"));
+    let joined = |text: String| {
+        let at = text.rfind("joint = 'minor'").unwrap();
+        format!("{}join = true{}", &text[..at], &text[at + "joint = 'minor'".len()..])
+    };
+    let boulders = "\n[[blocks]]
+        origin = [0, 0, 4]
+        size = [4, 4, 0.8]
+        count = [5, 5, 1]
+        body = 'rigid'
+        material = 'granite'
+        joint = 'minor'";
+    let texts = [
+        (deck(4.0, "friction = 60.0"), 300),
+        (soft(10.0), 300),
+        (soft(10.0) + boulders, 300),
+        (joined(soft(1.0)), 600),
+    ];
+    for (text, steps) in texts {
+        assert!(assert_resumes(&text.replace(roller, ""), steps) > 0, "cells meet");
+    }
+}
+
+/// A slope whose joints have friction alone. Some thin cells meet on the way, and their contacts are far
+/// stiffer than its joints. With such contacts in the masses of all cells it takes 1840 steps.
+#[test]
+fn contacts_of_thin_cells_add_few_steps() {
+    let set = |dip: f64, direction: f64| {
+        format!(
+            "[[cut]]
+            joint = 'bedding'
+            set = {{ dip = {dip}, dip_direction = {direction}, fisher = 300, spacing = 5 }}\n"
+        )
+    };
+    let roller =
+        |axis: &str, at: f64| format!("[[fix]]\nwhere = {{ {axis} = {at} }}\naxes = '{axis}'\n");
+    let text = format!(
+        "model.gravity = [0, 0, -9.81]
+        materials.granite = {{ density = 2700, young = 50e9, poisson = 0.25 }}
+        joints.bedding = {{ normal_stiffness = 20e9, shear_stiffness = 8e9, friction = 35 }}
+        [[region]]
+        material = 'granite'
+        [region.prism]
+        outline = [[0, 0], [40, 0], [40, 28], [24, 28], [10, 8], [0, 8]]
+        axis = 'y'
+        from = 0
+        to = 30
+        {}{}{}
+        [[fix]]
+        where = {{ z = 0 }}
+        axes = 'xyz'
+        {}{}{}{}
+        [[stage]]
+        name = 'weight'
+        kind = 'relax'",
+        set(28.0, 270.0),
+        set(75.0, 80.0),
+        set(85.0, 350.0),
+        roller("x", 40.0),
+        roller("x", 0.0),
+        roller("y", 0.0),
+        roller("y", 30.0),
+    );
+    let (_, taken, _) = steps(&text);
+    assert!(taken < 700, "{taken} steps");
 }
 
 /// Asserts that a run that continues where half of its contacts have been found, or halfway without
 /// any, has the bits of one that goes on. Returns the number of contacts.
-fn assert_resumes(text: &str) -> usize {
+fn assert_resumes(text: &str, steps: usize) -> usize {
     let take = |simulation: &mut Simulation, steps: usize| -> Vec<usize> {
         let step = |_| {
             simulation.relax_step(1e-6).unwrap_or_else(|error| panic!("{error}"));
@@ -125,20 +188,20 @@ fn assert_resumes(text: &str) -> usize {
         (0..steps).map(step).collect()
     };
     let mut whole = simulation(text);
-    let points = take(&mut whole, 300);
-    let half = points.iter().position(|&points_now| 2 * points_now > points[299]);
-    let half = half.map_or(150, |half| half + 1);
+    let points = take(&mut whole, steps);
+    let half = points.iter().position(|&points_now| 2 * points_now > points[steps - 1]);
+    let half = half.map_or(steps / 2, |half| half + 1);
     let mut part = simulation(text);
     take(&mut part, half);
     let saved = part.save();
     let resumed = Simulation::restore(built(text).model(), Simd::default(), &saved);
     let mut resumed = resumed.unwrap_or_else(|error| panic!("{error}"));
-    take(&mut resumed, 300 - half);
+    take(&mut resumed, steps - half);
     let bits = |simulation: &Simulation| {
         simulation.displacements().iter().flatten().map(|x| x.to_bits()).collect::<Vec<_>>()
     };
     assert!(bits(&resumed) == bits(&whole), "resumed after {half} steps");
-    points[299]
+    points[steps - 1]
 }
 
 /// A column of two cells on a floor under a tilted gravity topples and lies on it, turned by a right

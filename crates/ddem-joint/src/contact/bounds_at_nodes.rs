@@ -6,14 +6,16 @@ use ddem_mechanics::law::SpringStiffness;
 use ddem_mesh::{BlockFace, Geometry, quad_points};
 
 /// Upper bounds of the stiffness `[N/m]` and coefficients of the dashpots `[N s/m]` that nonconforming
-/// joints and, with the surfaces of `contacts`, contacts add to the nodes of the `wanted` blocks, by node.
-/// A contact replaces a joint, so that the larger ones count. Other nodes may have any value.
+/// joints and, with the surfaces of `contacts`, contacts of the blocks that `meet` others add to the nodes
+/// of the `wanted` blocks, by node. A contact replaces a joint, so that the larger ones count. Other nodes
+/// may have any value.
 pub fn bounds_at_nodes(
     bonded: &[BondedPatch],
     contacts: Option<&ContactSurfaces>,
     blocks: &[ContactBlock],
     geometry: &Geometry,
     wanted: &dyn Fn(usize) -> bool,
+    meet: &dyn Fn(usize) -> bool,
 ) -> Vec<[f64; 2]> {
     let mut at_nodes = vec![[0.0; 2]; geometry.n_nodes];
     for joint in bonded {
@@ -29,7 +31,7 @@ pub fn bounds_at_nodes(
         }
     }
     if let Some(surfaces) = contacts {
-        let at_faces = at_faces(surfaces, blocks, geometry, wanted);
+        let at_faces = at_faces(surfaces, blocks, geometry, &|block| wanted(block) && meet(block));
         for (most, of_contacts) in at_nodes.iter_mut().zip(at_faces) {
             (0..2).for_each(|k| most[k] = most[k].max(of_contacts[k]));
         }

@@ -5,6 +5,8 @@
 //! inverse masses, with its six rigid motions R at its present place and the stiffness S of its joints,
 //! contacts and held nodes against them.
 
+use std::collections::BTreeSet;
+
 use fearless_simd::{Level, Simd, dispatch};
 use fearless_simd_macros::simd;
 use nalgebra::Matrix3;
@@ -13,7 +15,7 @@ use rayon::prelude::*;
 use super::cell_masses::{CellMass, CellNode};
 use super::cells::contact_bounds;
 use super::smooth::SmoothBody;
-use super::springs::{BodyPatch, patches_of};
+use super::springs::patches_of;
 use super::{InverseMassRows, MassContext, NodeMasses};
 use crate::model::Model;
 use ddem_mechanics::element::corotation::Frame;
@@ -67,7 +69,6 @@ impl CellMotions {
         if bodies.is_empty() {
             return Self::default();
         }
-        let patches = patches_of(model, &bodies);
         let mut motions = Self {
             of_parts: vec![PartSums::default(); model.packs.packs.len()],
             arms: vec![Lanes::ZERO; 3 * model.packs.nodes],
@@ -75,14 +76,8 @@ impl CellMotions {
             bodies,
             cells: Vec::new(),
         };
-        let contacts = contact_bounds(model, around.contact_masses);
-        let mass = |(cell, patches): (usize, &Vec<BodyPatch>)| {
-            let nodes = CellNode::all(model, motions.bodies.parts(cell));
-            let mass = CellMass::new(around, &nodes, patches, &contacts);
-            (nodes, mass)
-        };
-        let masses: Vec<_> = patches.par_iter().enumerate().map(mass).collect();
-        for (nodes, mass) in masses {
+        let all: Vec<usize> = (0..motions.len()).collect();
+        for (nodes, mass) in motions.masses(around, &all) {
             for CellNode { at, lane, x, .. } in nodes {
                 let arm = x - mass.centre;
                 (0..3).for_each(|c| motions.arms[at + c].0[lane] = arm[c]);
@@ -90,6 +85,49 @@ impl CellMotions {
             motions.cells.push(mass);
         }
         motions
+    }
+
+    /// Nodes and masses of some cells.
+    fn masses(&self, around: MassContext<'_>, wanted: &[usize]) -> Vec<(Vec<CellNode>, CellMass)> {
+        let patches = patches_of(around.model, &self.bodies);
+        let contacts = contact_bounds(around.model, around.contact_masses);
+        let mass = |&cell: &usize| {
+            let nodes = CellNode::all(around.model, self.bodies.parts(cell));
+            let mass = CellMass::new(around, &nodes, &patches[cell], &contacts);
+            (nodes, mass)
+        };
+        wanted.par_iter().map(mass).collect()
+    }
+
+    /// Renews the masses of some cells and multiplies them by a factor.
+    pub(super) fn renew(&mut self, around: MassContext<'_>, wanted: &[usize], factor: f64) {
+        if wanted.is_empty() {
+            return;
+        }
+        for (&cell, (_, mut mass)) in wanted.iter().zip(self.masses(around, wanted)) {
+            mass.inverse *= factor;
+            self.cells[cell] = mass;
+        }
+    }
+
+    /// Cell of a lane of a pack; `None` for another block.
+    pub(super) fn body(&self, pack: usize, lane: usize) -> Option<usize> {
+        self.bodies.body(pack, lane)
+    }
+
+    /// Cells that have one of some blocks, and the packs of all their parts; both are sorted.
+    pub(super) fn with_parts(&self, wanted: impl Fn(usize) -> bool) -> (Vec<usize>, Vec<usize>) {
+        let has_one = |&cell: &usize| self.bodies.parts(cell).iter().any(|part| wanted(part.block));
+        let cells: Vec<usize> = (0..self.len()).filter(has_one).collect();
+        let parts = cells.iter().flat_map(|&cell| self.bodies.parts(cell));
+        let packs: BTreeSet<usize> = parts.map(|part| part.pack).collect();
+        (cells, packs.into_iter().collect())
+    }
+
+    /// Cells that have parts in some packs.
+    pub(super) fn bodies_in(&self, packs: &[usize]) -> BTreeSet<usize> {
+        let lanes = |&pack: &usize| (0..LANES).filter_map(move |lane| self.body(pack, lane));
+        packs.iter().flat_map(lanes).collect()
     }
 
     /// Number of cells.

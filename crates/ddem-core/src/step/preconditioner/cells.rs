@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::smooth::{SmoothBody, SmoothMotions, smooth_bodies};
 use super::springs::{joins_cells, patches_of};
 use super::{ContactMasses, MassContext, Preconditioner};
+use crate::error::RunError;
 use crate::model::Model;
 use ddem_joint::contact::bounds_at_nodes;
 use ddem_mesh::PartShape;
@@ -14,18 +15,27 @@ use ddem_mesh::PartShape;
 const OF_CELLS: f64 = 0.15;
 
 impl Preconditioner {
-    /// Adds contacts to the masses of more rigid cells. Other masses stay as they are, to the bit.
+    /// Adds contacts to the masses of more cells. The masses of other nodes and bodies stay as they are, to
+    /// the bit; smooth motions change.
     pub(crate) fn add_contacts(
         &mut self,
         model: &Model,
         held: &HashMap<u32, [bool; 3]>,
         contact_masses: ContactMasses,
-    ) {
+    ) -> Result<(), RunError> {
         let known = &self.contact_masses.cells;
         let is_new = |cell: &u32| known.binary_search(cell).is_err();
         let more: Vec<u32> = contact_masses.cells.iter().copied().filter(is_new).collect();
         let is_more = |block: usize| is_part_of(model, &more, block);
-        let bonds = bond_bounds(model, &contact_masses, &is_more);
+        let (bodies, packs) = self.cells.with_parts(is_more);
+        // The masses of a pack are computed together, and those of tied nodes are sums.
+        let sharing = self.cells.bodies_in(&packs);
+        let has_springs = |block: usize| {
+            let (pack, lane) = model.packs.slot(block);
+            let own = self.cells.body(pack, lane);
+            own.map_or_else(|| is_more(block), |body| sharing.contains(&body))
+        };
+        let bonds = bond_bounds(model, &contact_masses, &has_springs);
         let around = MassContext {
             model,
             couplings: &[],
@@ -40,9 +50,15 @@ impl Preconditioner {
                 self.springs[body] = self.rigid.renew(around, body, patches, self.factor);
             }
         }
+        self.nodes.renew(around, &packs, self.factor)?;
+        if !self.frames.is_empty() {
+            self.nodes.equalize_cells(model);
+        }
+        self.cells.renew(around, &bodies, self.factor);
         self.contact_masses = contact_masses;
         self.find_smooth_motions(model, held);
         self.smooth.iter_mut().for_each(|smooth| smooth.scale(self.factor));
+        Ok(())
     }
 
     /// Finds the smooth motions, if the contacts of the masses allow for any. Deformable cells take part
@@ -78,8 +94,8 @@ fn parts_are_elements(model: &Model) -> bool {
     packs.map(|pack| model.packs.numbering_of(pack).divisions).all(|divisions| divisions == 1)
 }
 
-/// Upper bounds of the stiffness of contacts at each node of deformable cells `[N/m]`; empty without
-/// contacts.
+/// Upper bounds of the stiffness of contacts at each node of deformable cells that have some `[N/m]`;
+/// empty without contacts.
 pub(super) fn contact_bounds(model: &Model, contact_masses: &ContactMasses) -> Vec<f64> {
     let geometry = &model.geometry;
     let Some(contact) = model.contact.as_ref().filter(|contact| contact.search) else {
@@ -89,13 +105,14 @@ pub(super) fn contact_bounds(model: &Model, contact_masses: &ContactMasses) -> V
         return Vec::new();
     }
     let deformable = |block: usize| !geometry.is_rigid(block);
+    let meet = |block: usize| is_part_of(model, &contact_masses.cells, block);
     let (surfaces, blocks) = (Some(&contact.surfaces), &contact.blocks);
-    let bounds = bounds_at_nodes(&[], surfaces, blocks, geometry, &deformable);
+    let bounds = bounds_at_nodes(&[], surfaces, blocks, geometry, &deformable, &meet);
     bounds.into_iter().map(|[stiffness, _]| 2.0 * stiffness).collect()
 }
 
 /// Upper bounds of the stiffness of springs at each node of parts of cells `[N/m]`, the two sides and
-/// tied nodes together: joints and contacts of deformable cells, and contacts of rigid ones. A matrix
+/// tied nodes together: joints of deformable cells, and contacts of cells that have some. A matrix
 /// `k A w wᵀ` of a point with weights w, whose sizes sum to 2, is at most the diagonal matrix of
 /// `2 k A w`. Only blocks that have such springs get any.
 pub(super) fn bond_bounds(
@@ -110,7 +127,8 @@ pub(super) fn bond_bounds(
     let mut bounds = vec![0.0; model.n_nodes()];
     let meets = (contact_masses.exist() && contact.search).then_some(&contact.surfaces);
     let (bonded, blocks) = (&model.bonded_patches, &contact.blocks);
-    let bonds = bounds_at_nodes(bonded, meets, blocks, geometry, has_springs);
+    let meet = |block: usize| is_part_of(model, &contact_masses.cells, block);
+    let bonds = bounds_at_nodes(bonded, meets, blocks, geometry, has_springs, &meet);
     for (node, [stiffness, _]) in bonds.into_iter().enumerate() {
         if stiffness > 0.0 && has_springs(geometry.block_of(node)) {
             bounds[node] = 2.0 * stiffness;

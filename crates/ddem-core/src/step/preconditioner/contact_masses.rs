@@ -10,7 +10,7 @@ use ddem_mechanics::law::SpringStiffness;
 /// Contacts that the masses account for; a function of the state.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct ContactMasses {
-    /// True if contacts may be on faces without a joint, other than those of rigid cells.
+    /// True if contacts may be on faces without a joint, other than those of cells.
     any: bool,
     /// True if smooth motions of many blocks are those of neighbours: deformable blocks of sets that
     /// touch are still joined as at the start, and rigid blocks and cells touch only what was beside
@@ -18,7 +18,7 @@ pub(crate) struct ContactMasses {
     pub(crate) smooth: bool,
     /// True if contacts may replace joints, some of which have moved.
     pub(super) released: bool,
-    /// Rigid cells that have been in contact, sorted.
+    /// Cells that have been in contact, sorted.
     pub(crate) cells: Vec<u32>,
 }
 
@@ -40,17 +40,13 @@ impl ContactMasses {
         let released = contacts.joints.iter().flatten().any(|&joint| joint > JointStatus::InPlace);
         let met = released || !contacts.patches.is_empty();
         let packs = &model.packs.packs;
-        let cell = |block: u32| {
-            let part = model.geometry.part(block as usize);
-            part.filter(|_| model.geometry.is_rigid(block as usize)).map(|part| part.cell)
-        };
+        let cell = |block: u32| model.geometry.part(block as usize).map(|part| part.cell);
         let mut cells = progress.contact_cells.clone();
         cells.extend(contacts.touching().flatten().filter_map(cell));
         cells.sort_unstable();
         cells.dedup();
-        let is_cell = |block: u32| model.geometry.part(block as usize).is_some();
-        let are_loose = packs.iter().all(|pack| pack.rigid || is_cell(pack.blocks[0]));
-        // Contacts of rigid cells count for the cells that have some.
+        let are_loose = packs.iter().all(|pack| pack.rigid || cell(pack.blocks[0]).is_some());
+        // Contacts of cells count for the cells that have some.
         let others = packs.iter().any(|pack| cell(pack.blocks[0]).is_none());
         let any = others && (met || model.open_surfaces().is_some());
         let neighbours = if are_loose { contacts.are_of_neighbours(&contact.blocks) } else { !met };
@@ -68,12 +64,12 @@ impl ContactMasses {
         self.any || !self.cells.is_empty()
     }
 
-    /// True if these differ from others by contacts of rigid cells alone.
+    /// True if these differ from others by contacts of cells alone.
     pub(crate) fn differ_by_cells(&self, others: &Self) -> bool {
         self.cells != others.cells && self.without_cells() == others.without_cells()
     }
 
-    /// The same without contacts of rigid cells.
+    /// The same without contacts of cells.
     pub(crate) fn without_cells(&self) -> Self {
         Self { cells: Vec::new(), ..*self }
     }

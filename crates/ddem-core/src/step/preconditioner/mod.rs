@@ -132,7 +132,7 @@ impl Preconditioner {
         preconditioner.cells = CellMotions::new(around);
         preconditioner.contact_masses = contact_masses;
         preconditioner.find_smooth_motions(model, held);
-        if patches.is_empty() {
+        if patches.is_empty() && preconditioner.cells.is_empty() {
             // Contacts are added to the masses of cells alone.
             preconditioner.springs = Vec::new();
         }

@@ -45,6 +45,8 @@ pub(super) struct InverseMassRows {
 pub(super) struct NodeMasses {
     classes: Vec<InverseMassRows>,
     of_pack: Vec<u32>,
+    /// Number of classes that packs may share; each of the others belongs to one pack.
+    shared: usize,
 }
 
 impl NodeMasses {
@@ -52,7 +54,7 @@ impl NodeMasses {
         let mut known: HashMap<Vec<u64>, u32> = HashMap::new();
         let model = around.model;
         let packs = &model.packs.packs;
-        let mut masses = Self { classes: Vec::new(), of_pack: vec![NO_CLASS; packs.len()] };
+        let mut masses = Self { of_pack: vec![NO_CLASS; packs.len()], ..Self::default() };
         let deformable: Vec<usize> = (0..packs.len()).filter(|&pack| !packs[pack].rigid).collect();
         for packs in deformable.chunks(TOGETHER) {
             if stop() {
@@ -66,7 +68,29 @@ impl NodeMasses {
                 masses.of_pack[pack] = masses.class(mass, is_cell, &mut known);
             }
         }
+        masses.shared = masses.classes.len();
         Ok(masses)
+    }
+
+    /// Renews the masses of some packs of cells and multiplies them by a factor.
+    pub(super) fn renew(
+        &mut self,
+        around: MassContext<'_>,
+        packs: &[usize],
+        factor: f64,
+    ) -> Result<(), RunError> {
+        let made = packs.par_iter().map(|&pack| InverseMassRows::new(around, pack));
+        for (mut mass, &pack) in made.collect::<Result<Vec<_>, _>>()?.into_iter().zip(packs) {
+            mass.scale(factor);
+            match self.of_pack[pack] as usize {
+                own if own >= self.shared => self.classes[own] = mass,
+                _ => {
+                    self.of_pack[pack] = self.classes.len() as u32;
+                    self.classes.push(mass);
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Number of the class of some masses; `known` holds those so far.
@@ -113,9 +137,7 @@ impl NodeMasses {
 
     /// Multiplies all inverse masses by a factor.
     pub(super) fn scale(&mut self, factor: f64) {
-        for row in self.classes.iter_mut().flat_map(|class| &mut class.rows) {
-            row.0.iter_mut().for_each(|x| *x *= factor);
-        }
+        self.classes.iter_mut().for_each(|class| class.scale(factor));
     }
 }
 
@@ -150,6 +172,10 @@ impl InverseMassRows {
         }
         mass.share_rotations();
         Ok(mass)
+    }
+
+    fn scale(&mut self, factor: f64) {
+        self.rows.iter_mut().flat_map(|row| &mut row.0).for_each(|x| *x *= factor);
     }
 
     /// Components of a vector along the free degrees of freedom of a node.
