@@ -13,7 +13,7 @@ import numpy as np
 
 from results import ROOT, by_block, colour_bar, panel, results, save, scene, sheet
 
-COLOURS, SCALE, LEAST = "YlOrRd", 500.0, 0.6
+COLOURS, SCALE, LEAST = "YlOrRd", 100.0, 0.6
 
 
 def main():
