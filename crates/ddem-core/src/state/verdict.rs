@@ -66,6 +66,10 @@ impl State {
         if !(self.steps - self.watch.since.min(self.steps)).is_multiple_of(self.watch.interval()) {
             return;
         }
+        if relaxes && self.steps == self.watch.since {
+            // Nothing has moved since the event.
+            return self.watch.add([0.0, ratio, 0.0]);
+        }
         let fraction = |(blocks, distance): ([usize; 2], f64)| {
             let [a, b] = blocks.map(|block| model.geometry.shortest_edge(block));
             distance / a.min(b)

@@ -331,3 +331,12 @@ fn too_many_materials_and_joints_are_refused() {
     let error = builder.build().map(|_| ()).unwrap_err();
     assert_eq!(error, BuildError::TooMany { what: "materials", count: 65_536 });
 }
+
+#[test]
+fn laws_of_whole_rock_are_refused() {
+    let mut builder = ProblemBuilder::new(&row(1, 1, UPRIGHT), rock()).unwrap();
+    let elasticity = JointElasticity::WholeRock(rock());
+    builder.joint(JointProperties { elasticity, ..section(1e6) });
+    let error = builder.build().map(|_| ()).unwrap_err();
+    insta::assert_snapshot!("laws_of_whole_rock_are_refused", error);
+}

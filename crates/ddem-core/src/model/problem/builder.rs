@@ -170,7 +170,11 @@ impl ProblemBuilder {
             }
         }
         for joint in joints {
-            let checked = joint.law.as_deref().map_or(Ok(()), law::check);
+            let checked = match &joint.law {
+                None => Ok(()),
+                Some(_) if joint.is_whole_rock() => Err("whole rock cannot fail".to_owned()),
+                Some(law) => law::check(&**law),
+            };
             checked.map_err(|why| BuildError::Law { joint: joint.name.clone(), why })?;
         }
         let lattice = |(k, block): (usize, &MeshBlock)| {
