@@ -50,11 +50,13 @@ pub(super) fn cells(text: &str) -> Result<ReadCells, Fault> {
             _ => {}
         }
     }
-    if cells.is_empty() {
-        return Err(wrong("there is no polyhedron").help(FORMAT));
-    }
     for (cell, number) in cells.iter_mut().zip(1..) {
         cell.name = format!("{number}");
+    }
+    // Grain growth can leave a grain without volume, and so without faces.
+    cells.retain(|cell| !cell.faces.is_empty());
+    if cells.is_empty() {
+        return Err(wrong("there is no polyhedron").help(FORMAT));
     }
     Ok(ReadCells { points: table.points, cells, domain })
 }

@@ -136,6 +136,22 @@ fn cells_of_a_tessellation_have_the_volumes_of_the_file() {
     assert!((outer - 2.0 * (2.0 + 3.0 + 1.5)).abs() < 1e-8, "{outer}");
 }
 
+/// Grain growth of Neper leaves grains that others have grown over as polyhedra without faces.
+#[test]
+fn grains_without_volume_are_left_out() {
+    let (text, _) = tessellation(4, Vec3::repeat(1.0));
+    let text = text.replace("**polyhedron\n 4\n", "**polyhedron\n 5\n");
+    let text = text.replace(" **domain", "   5 0\n **domain");
+    let rock = cut("grains.tess", &text, "joint = 'grain'").unwrap();
+    assert_eq!(rock.properties.len(), 4);
+    assert!((volume(&rock) - 1.0).abs() < 1e-9);
+    let only = " **polyhedron\n 1\n   1 0\n **domain";
+    let (start, end) = text.split_once(" **polyhedron").unwrap();
+    let none = format!("{start}{only}{}", end.split_once(" **domain").unwrap().1);
+    let messages = cut("grains.tess", &none, "joint = 'grain'").map(|_| ()).unwrap_err();
+    assert!(messages[0].contains("there is no polyhedron"), "{messages:?}");
+}
+
 #[test]
 fn cells_of_a_tessellation_run_and_are_cut() {
     let (text, _) = tessellation(30, Vec3::repeat(1.0));
