@@ -11,7 +11,7 @@ use crate::fracture::Fracture;
 use crate::measure::{self, CellProperties};
 use crate::plane::{CutPlane, PlaneSource};
 use crate::random::RandomStream;
-use crate::split;
+use crate::split::{self, CellHalves};
 use crate::tree::{AxisBox, CellTree};
 use crate::tunnel::Tunnel;
 
@@ -56,6 +56,8 @@ pub(crate) struct Cutting {
     allowed: Vec<bool>,
     pub(crate) count: CutCount,
     sides: PointSides,
+    /// Thickness of a part up to which a cell stays whole `[m]`.
+    pub(crate) thinnest: f64,
     /// Nodes and cells that the present plane meets.
     met: Vec<(u32, u32)>,
 }
@@ -210,7 +212,7 @@ impl CellComplex {
         cutting: &mut Cutting,
         decide: &mut impl FnMut(&Self, usize) -> CellCut,
     ) {
-        let Cutting { allowed, count, sides, met } = cutting;
+        let Cutting { allowed, count, sides, thinnest, met } = cutting;
         let (number, before) = (self.planes.len() as u32, count.divisions);
         self.planes.push(*plane);
         let mut bridge = None;
@@ -229,7 +231,7 @@ impl CellComplex {
                     self.planes.len() as u32 - 1
                 }),
             };
-            if self.divide(node, cell, number, sides, &mut crossings) {
+            if self.divide(node, cell, number, *thinnest, sides, &mut crossings) {
                 allowed.push(true);
                 count.divisions += 1;
             }
@@ -263,10 +265,11 @@ impl CellComplex {
         node: u32,
         cell: u32,
         plane: u32,
-        sides: &mut PointSides,
+        thinnest: f64,
+        sides: &PointSides,
         crossings: &mut HashMap<(u32, u32), u32>,
     ) -> bool {
-        let (points, known) = (&mut self.points, &*sides);
+        let (points, known) = (&mut self.points, sides);
         let old = &self.cells[cell as usize];
         let halves = split::split(
             &old.faces,
@@ -282,7 +285,10 @@ impl CellComplex {
                 })
             },
         );
-        let Some(halves) = halves else {
+        let is_thin = |halves: &CellHalves| {
+            self.is_thin(&halves.below, thinnest) || self.is_thin(&halves.above, thinnest)
+        };
+        let Some(halves) = halves.filter(|halves| thinnest == 0.0 || !is_thin(halves)) else {
             self.n_uncut += 1;
             return false;
         };
@@ -293,6 +299,17 @@ impl CellComplex {
         self.cells.push(ConvexCell { faces: halves.above, region });
         self.count();
         true
+    }
+
+    /// True if all corners of a polyhedron lie within a distance from the plane of a face.
+    fn is_thin(&self, faces: &[CellFace], distance: f64) -> bool {
+        let near = |plane: &CutPlane, corner: &u32| {
+            plane.height(&self.points[*corner as usize]).abs() <= distance
+        };
+        let mut planes = faces.iter().map(|face| self.plane(face));
+        planes.any(|plane| {
+            faces.iter().flat_map(|face| &face.corners).all(|corner| near(plane, corner))
+        })
     }
 
     /// Plane of a face.

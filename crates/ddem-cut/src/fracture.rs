@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use crate::cell::CellFace;
-use crate::complex::{CellComplex, CellCut, CutCount};
+use crate::complex::{CellComplex, CellCut, CutCount, Cutting};
 use crate::neighbours::CommonFace;
 use crate::plane::CutPlane;
 use crate::polyhedron::ShapeError;
@@ -16,6 +16,10 @@ pub const TOUCHED: f64 = 0.05;
 /// Part of the section of a cell above which a triangle of a surface meets it. Less is rounding: files of
 /// surfaces have single precision, and their edges often lie on planes that have cut before.
 const MET: f64 = 1e-5;
+
+/// Thickness of a part, in distances within which points lie on a plane, up to which a triangle leaves a cell
+/// whole. Triangles of one flat face lie in it but for such distances.
+const THINNEST: f64 = 10.0;
 
 /// Number of corners of the polygon that stands for a disc.
 const SIDES: usize = 32;
@@ -182,19 +186,26 @@ impl CellComplex {
     /// Cuts cells by fractures, the largest first. A cell of whose section a fracture covers more
     /// than [`TOUCHED`] is cut whole; [`CellComplex::covers`] tells the parts of its new faces apart.
     pub fn cut_fractures(&mut self, fractures: &[Fracture], allowed: Vec<bool>) -> CutCount {
-        self.cut_covered(fractures, allowed, TOUCHED)
+        let cutting = self.cutting(allowed);
+        self.cut_covered(fractures, cutting, TOUCHED)
     }
 
     /// Cuts all cells that the triangles of a surface meet by the planes of the triangles. No cell
-    /// then lies on both sides of the surface.
+    /// then lies on both sides of the surface, but for parts as thin as rounding.
     pub fn cut_surface(&mut self, triangles: &[Fracture], allowed: Vec<bool>) -> CutCount {
-        self.cut_covered(triangles, allowed, MET)
+        let mut cutting = self.cutting(allowed);
+        cutting.thinnest = THINNEST * self.tolerance;
+        self.cut_covered(triangles, cutting, MET)
     }
 
-    fn cut_covered(&mut self, fractures: &[Fracture], allowed: Vec<bool>, share: f64) -> CutCount {
+    fn cut_covered(
+        &mut self,
+        fractures: &[Fracture],
+        mut cutting: Cutting,
+        share: f64,
+    ) -> CutCount {
         let mut order: Vec<&Fracture> = fractures.iter().collect();
         order.sort_by(|a, b| b.radius.total_cmp(&a.radius));
-        let mut cutting = self.cutting(allowed);
         for fracture in order {
             let plane = self.planes().len() as u32;
             let before = cutting.count.divisions;

@@ -9,7 +9,9 @@ use ddem_cut::{
 };
 use nalgebra::Vector3;
 
-use crate::shared::{assert_all_matched, assert_sound, brick, cube, cut_all, plane, vector};
+use crate::shared::{
+    assert_all_matched, assert_sound, assert_tiles, brick, cube, cut_all, plane, vector,
+};
 
 fn disc(centre: [f64; 3], normal: [f64; 3], radius: f64) -> Fracture {
     Fracture::disc(vector(centre), vector(normal), radius, 0, false).unwrap()
@@ -259,4 +261,24 @@ fn triangles_do_not_cut_the_cells_that_their_edges_touch() {
     rock.cut_surface(&roof, allowed);
     assert_eq!(rock.cells().len(), 4);
     assert_sound(&rock, 1.0);
+}
+
+/// Triangles of one flat face, of which files round the corners, make no thin cells between their planes.
+#[test]
+fn triangles_nearly_in_one_plane_cut_once() {
+    for (tilt, cells) in [(0.0, 2), (3.0, 2), (1000.0, 4)] {
+        let mut rock = cube(1.0);
+        let slope = tilt * rock.tolerance();
+        let triangle = |slope: f64| {
+            let corner = |x: f64, y: f64| vector([x, y, 0.4 + slope * (x - 0.5)]);
+            let corners = [corner(-4.0, -4.0), corner(6.0, -4.0), corner(0.5, 8.0)];
+            Fracture::polygon(&corners, 0, true).unwrap()
+        };
+        rock.cut_surface(&[triangle(0.0), triangle(slope)], vec![true]);
+        assert_eq!(rock.cells().len(), cells, "{tilt} of the tolerance");
+        let widths = (0..cells).map(|cell| rock.properties(cell).width);
+        let thinnest = widths.fold(f64::INFINITY, f64::min);
+        assert!(thinnest > 10.0 * rock.tolerance(), "{thinnest}");
+        assert_tiles(&rock, 1.0);
+    }
 }
