@@ -137,7 +137,7 @@ fn masses_of_cells_that_meet_are_those_of_a_resumed_run() {
 }
 
 /// A slope whose joints have friction alone. Some thin cells meet on the way, and their contacts are far
-/// stiffer than its joints. With such contacts in the masses of all cells it takes 1840 steps.
+/// stiffer than its joints. With such contacts in the masses of all cells it took 1840 steps.
 #[test]
 fn contacts_of_thin_cells_add_few_steps() {
     let bedding = |orientation| set("bedding", orientation, "5");
